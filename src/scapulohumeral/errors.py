@@ -1,0 +1,21 @@
+"""The four errors of the package, one per kind of remedy.
+
+A message names the value, its place (file and row, column or key; joint, node or time),
+what was expected, and what to do about it.
+"""
+
+
+class ConfigError(ValueError):
+    """The study cannot be run as configured: the remedy is to edit the configuration."""
+
+
+class ModelError(ValueError):
+    """The musculoskeletal model contradicts itself: the remedy is to correct the model tables."""
+
+
+class DataError(ValueError):
+    """A recording or table cannot be used as it is: the remedy is to correct the data file."""
+
+
+class SolveError(RuntimeError):
+    """An optimal control problem was not solved: the remedy is another start, mesh or setting."""

@@ -1,0 +1,1 @@
+"""The musculoskeletal model: tables, participants, rotations, and OpenSim as source of geometry."""

@@ -1,0 +1,157 @@
+"""Unit quaternions, rotation matrices and joint Euler angles.
+
+Letters: T frames; ``...`` any number of leading axes, over which every function is vectorised.
+Quaternions are scalar first. A joint quaternion q maps vectors from child to parent axes,
+``v_parent = R(q) v_child``. Euler sequences are intrinsic (body-fixed) and written in capitals:
+"YZX" stands for R = R_y(first) R_z(second) R_x(third). Angles are in radians.
+
+A trial row has the ten joint angles of ``ANGLE_NAMES``; a pose has the thirteen numbers
+(SC quaternion, AC quaternion, GH quaternion, elbow angle).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+ANGLE_NAMES = (
+    "SC_y", "SC_z", "SC_x", "AC_y", "AC_z", "AC_x", "GH_y", "GH_z", "GH_yy", "EL_x",
+)  # fmt: skip
+JOINT_SEQUENCES = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
+
+
+def quaternion_multiply(p: ArrayLike, q: ArrayLike) -> Array:
+    """Hamilton product p q: the rotation q followed by p, R(p q) = R(p) R(q).
+
+    Parameters
+    ----------
+    p, q : array, shape (..., 4)    broadcast against each other
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    p0, pv, q0, qv = p[..., :1], p[..., 1:], q[..., :1], q[..., 1:]
+    scalar = p0 * q0 - np.sum(pv * qv, axis=-1, keepdims=True)
+    return np.concatenate([scalar, p0 * qv + q0 * pv + np.cross(pv, qv)], axis=-1)
+
+
+def quaternion_conjugate(q: ArrayLike) -> Array:
+    """Conjugate of quaternions, shape (..., 4): the inverse rotation if they have unit norm."""
+    return np.asarray(q, float) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def quaternion_to_matrix(q: ArrayLike) -> Array:
+    """Rotation matrices, shape (..., 3, 3), of quaternions (..., 4), which are normalised first."""
+    q = np.asarray(q, float)
+    matrix = Rotation.from_quat(q.reshape(-1, 4), scalar_first=True).as_matrix()
+    return matrix.reshape(*q.shape[:-1], 3, 3)
+
+
+def matrix_to_quaternion(matrix: ArrayLike) -> Array:
+    """Unit quaternions, shape (..., 4), scalar part >= 0, of rotation matrices (..., 3, 3)."""
+    matrix = np.asarray(matrix, float)
+    rotation = Rotation.from_matrix(matrix.reshape(-1, 3, 3))
+    return rotation.as_quat(canonical=True, scalar_first=True).reshape(*matrix.shape[:-2], 4)
+
+
+def rotation_vector_to_quaternion(vector: ArrayLike) -> Array:
+    """Unit quaternions, shape (..., 4), of rotation vectors (..., 3) [rad]."""
+    vector = np.asarray(vector, float)
+    rotation = Rotation.from_rotvec(vector.reshape(-1, 3))
+    return rotation.as_quat(scalar_first=True).reshape(*vector.shape[:-1], 4)
+
+
+def euler_to_quaternion(angles: ArrayLike, sequence: str) -> Array:
+    """Unit quaternions of intrinsic Euler angles.
+
+    Parameters
+    ----------
+    angles : array, shape (..., 3)   [rad], in the order of `sequence`
+    sequence : str                   e.g. "YZX" (SC, AC) or "YZY" (GH)
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
+    angles = np.asarray(angles, float)
+    rotation = Rotation.from_euler(sequence.upper(), angles.reshape(-1, 3))
+    return rotation.as_quat(scalar_first=True).reshape(*angles.shape[:-1], 4)
+
+
+def quaternion_to_euler(q: ArrayLike, sequence: str) -> Array:
+    """Intrinsic Euler angles of quaternions: the inverse of `euler_to_quaternion`.
+
+    Branch: for "YZX" the second angle lies in [-pi/2, pi/2], for "YZY" in [0, pi]; the others lie
+    in [-pi, pi]. At gimbal lock the third angle is set to zero, and scipy warns.
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+    sequence : str
+
+    Returns
+    -------
+    array, shape (..., 3)            [rad]
+    """
+    q = np.asarray(q, float)
+    rotation = Rotation.from_quat(q.reshape(-1, 4), scalar_first=True)
+    return rotation.as_euler(sequence.upper()).reshape(*q.shape[:-1], 3)
+
+
+def make_continuous(q: ArrayLike) -> Array:
+    """Choose signs so that consecutive quaternions in time are nearest: q and -q are one rotation.
+
+    Parameters
+    ----------
+    q : array, shape (T, ..., 4)     time on the first axis; the first frame keeps its sign
+
+    Returns
+    -------
+    array, shape (T, ..., 4)
+    """
+    q = np.asarray(q, float)
+    agreement = np.sum(q[1:] * q[:-1], axis=-1, keepdims=True)
+    signs = np.cumprod(np.where(agreement < 0.0, -1.0, 1.0), axis=0)
+    return np.concatenate([q[:1], signs * q[1:]], axis=0)
+
+
+def relative_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
+    """Angle in [0, pi] of the rotation between quaternions (..., 4), independent of their signs."""
+    difference = quaternion_multiply(quaternion_conjugate(q1), q2)
+    vector = np.linalg.norm(difference[..., 1:], axis=-1)
+    # atan2 keeps its accuracy for small angles, where arccos of the scalar part loses half of it.
+    return 2.0 * np.arctan2(vector, np.abs(difference[..., 0]))
+
+
+def trial_to_pose(angles: ArrayLike) -> Array:
+    """Poses of a recorded trial, with quaternions continuous in time.
+
+    Parameters
+    ----------
+    angles : array, shape (T, 10)    [rad], in the order of `ANGLE_NAMES`
+
+    Returns
+    -------
+    array, shape (T, 13)             SC, AC, GH quaternions and elbow angle [rad]
+    """
+    angles = np.asarray(angles, float)
+    quaternions = [
+        make_continuous(euler_to_quaternion(angles[:, 3 * i : 3 * i + 3], sequence))
+        for i, sequence in enumerate(JOINT_SEQUENCES.values())
+    ]
+    return np.concatenate([*quaternions, angles[:, 9:]], axis=1)
+
+
+def pose_to_trial(pose: ArrayLike) -> Array:
+    """Joint Euler angles, shape (T, 10) [rad], of poses (T, 13): the inverse of `trial_to_pose`."""
+    pose = np.asarray(pose, float)
+    angles = [
+        quaternion_to_euler(pose[:, 4 * i : 4 * i + 4], sequence)
+        for i, sequence in enumerate(JOINT_SEQUENCES.values())
+    ]
+    return np.concatenate([*angles, pose[:, 12:]], axis=1)

@@ -1,0 +1,74 @@
+"""Rotations with known results, and identities at random orientations."""
+
+import numpy as np
+import pytest
+
+from scapulohumeral.model import rotations as rot
+
+HALF = np.sqrt(0.5)
+RNG = np.random.default_rng(1)
+RANDOM = rot.rotation_vector_to_quaternion(RNG.uniform(-1.5, 1.5, (20, 3)))
+
+
+def test_quarter_turn_about_y_takes_z_to_x():
+    matrix = rot.quaternion_to_matrix([HALF, 0.0, HALF, 0.0])
+    np.testing.assert_allclose(matrix @ [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], atol=1e-15)
+
+
+def test_product_is_composition_of_matrices():
+    p, q = RANDOM[:10], RANDOM[10:]
+    expected = rot.quaternion_to_matrix(p) @ rot.quaternion_to_matrix(q)
+    actual = rot.quaternion_to_matrix(rot.quaternion_multiply(p, q))
+    np.testing.assert_allclose(actual, expected, atol=1e-14)
+
+
+def test_product_with_conjugate_is_identity():
+    product = rot.quaternion_multiply(RANDOM, rot.quaternion_conjugate(RANDOM))
+    np.testing.assert_allclose(product, np.tile([1.0, 0, 0, 0], (20, 1)), atol=1e-15)
+
+
+def test_matrix_round_trip_is_canonical():
+    q = rot.matrix_to_quaternion(rot.quaternion_to_matrix(-RANDOM))
+    np.testing.assert_allclose(q, RANDOM * np.sign(RANDOM[:, :1]), atol=1e-14)
+
+
+@pytest.mark.parametrize("sequence", ["YZX", "YZY"])
+def test_euler_sequence_is_body_fixed(sequence):
+    angles = np.array([0.4, 0.7, -0.9])
+    axes = {"X": [1.0, 0, 0], "Y": [0, 1.0, 0], "Z": [0, 0, 1.0]}
+    factors = [
+        rot.rotation_vector_to_quaternion(angle * np.array(axes[letter]))
+        for letter, angle in zip(sequence, angles, strict=True)
+    ]
+    product = rot.quaternion_multiply(rot.quaternion_multiply(*factors[:2]), factors[2])
+    np.testing.assert_allclose(rot.euler_to_quaternion(angles, sequence), product, atol=1e-15)
+    np.testing.assert_allclose(rot.quaternion_to_euler(product, sequence), angles, atol=1e-14)
+
+
+def test_leading_axes_are_kept():
+    q = RANDOM.reshape(4, 5, 4)
+    assert rot.quaternion_to_matrix(q).shape == (4, 5, 3, 3)
+    assert rot.quaternion_to_euler(q, "YZX").shape == (4, 5, 3)
+
+
+def test_make_continuous_removes_sign_flips_only():
+    angle = np.linspace(0.0, 4.0 * np.pi, 50)
+    smooth = np.stack([np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle], axis=1)
+    flipped = smooth * np.where(RNG.random((50, 1)) < 0.5, -1.0, 1.0)
+    flipped[0] = smooth[0]
+    np.testing.assert_allclose(rot.make_continuous(flipped), smooth)
+
+
+def test_relative_angle_ignores_sign_and_keeps_small_angles():
+    small = rot.rotation_vector_to_quaternion([1e-9, 0.0, 0.0])
+    identity = np.array([1.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(rot.relative_angle(identity, -small), 1e-9, rtol=1e-6)
+    turn = rot.rotation_vector_to_quaternion([0.0, 2.5, 0.0])
+    np.testing.assert_allclose(rot.relative_angle(identity, turn), 2.5)
+
+
+def test_trial_and_pose_round_trip():
+    angles = RNG.uniform(0.1, 1.2, (6, 10))
+    pose = rot.trial_to_pose(angles)
+    assert pose.shape == (6, 13)
+    np.testing.assert_allclose(rot.pose_to_trial(pose), angles, atol=1e-13)

@@ -1,0 +1,76 @@
+# Commands of the study. `make help` lists them.
+
+CORES ?= 2
+PYTHON ?= python3.11
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+# One BLAS thread per process: threads change results in the last digits and slow down parallel solves.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+
+# The stamp is written last, so an interrupted installation is started again.
+environment := .venv/complete
+
+study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
+quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
+
+.PHONY: help environment reproduce quick report bench test lint unit format lock dag clean
+
+help: ## List the commands
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+environment: $(environment) ## Create the Python environment in .venv
+
+$(environment): environment.lock workflow/environment/create.sh workflow/environment/write_ipopt_pc.py
+	workflow/environment/create.sh .venv "$(PYTHON)"
+	touch $@
+
+reproduce: $(environment) ## Run the full study, up to the report
+	$(study)
+
+quick: $(environment) ## Run one participant and one plane, up to the report
+	$(quick)
+
+report: $(environment) ## Bring the report of the full study up to date
+	$(study) reports/report.html
+
+bench: $(environment) ## Solve the quick study again and print times and memory
+	$(quick) --forcerun solve_tracking --until solve_tracking
+	python workflow/scripts/print_benchmarks.py results/benchmarks
+
+test: lint unit ## Check format, types and workflow; run the tests and the quick study
+	$(quick)
+
+lint: $(environment) ## Check format, lint and types
+	ruff format --check .
+	ruff check .
+	mypy
+	snakefmt --check Snakefile workflow
+	snakemake --lint
+
+# The opensim and casadi wheels cannot be loaded into one process.
+unit: $(environment) ## Run the tests that need no results
+	pytest -m "not opensim and not results" --numprocesses $(CORES)
+	pytest -m opensim
+
+format: $(environment) ## Format all files
+	ruff check --fix .
+	ruff format .
+	snakefmt Snakefile workflow
+
+lock: $(environment) ## Pin all packages of pyproject.toml in environment.lock
+	PKG_CONFIG_PATH=.venv/lib/pkgconfig CUSTOM_COMPILE_COMMAND="make lock" \
+	pip-compile --quiet --generate-hashes --all-extras --allow-unsafe --strip-extras \
+	    --no-build-isolation --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+	    --output-file environment.lock pyproject.toml
+
+dag: $(environment) ## Draw the rules of the study as a Mermaid diagram
+	$(study) dag
+
+clean: $(environment) ## Delete all results; the environment and the reports stay
+	$(study) clean

@@ -1,0 +1,146 @@
+"""What a result was made from: source files, input files, versions of the software."""
+
+import ast
+import hashlib
+import platform
+from collections.abc import Iterable, Iterator
+from importlib import metadata
+from pathlib import Path
+
+from scapulohumeral.errors import ConfigError
+
+SOURCE_ROOT = Path(__file__).resolve().parents[1]
+
+# Packages whose version can change a number in a result.
+NUMERICAL_PACKAGES = (
+    "casadi",
+    "cyipopt",
+    "numpy",
+    "opensim",
+    "opty",
+    "pandas",
+    "scipy",
+    "snakemake",
+    "sympy",
+)
+
+
+def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
+    """Source files that run when a module is imported, found without importing it.
+
+    Imports inside functions count too, so the list may hold more than a plain import would load.
+
+    Parameters
+    ----------
+    module : str
+        Dotted name, e.g. ``scapulohumeral.model.rotations``.
+    root : Path
+        Folder that holds the top-level package; imports from elsewhere are not followed.
+
+    Returns
+    -------
+    list of Path
+        Absolute paths, sorted: the module, its parents' ``__init__.py``, and the same for all
+        modules it imports, directly or not.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such module below ``root``.
+    """
+    if _source_file(module, root) is None:
+        raise ConfigError(
+            f"No source file for module '{module}' in {root}; "
+            "name a module by its dotted path, e.g. scapulohumeral.provenance."
+        )
+    found: dict[str, Path] = {}
+    waiting = [module]
+    while waiting:
+        for name in _with_parents(waiting.pop()):
+            path = _source_file(name, root)
+            if path is not None and name not in found:
+                found[name] = path
+                waiting.extend(imported_names(path, name))
+    return sorted(found.values())
+
+
+def imported_names(path: Path, module: str) -> Iterator[str]:
+    """Dotted names a source file may import, relative imports resolved.
+
+    ``from a import b`` gives ``a.b`` (and with it ``a``): whether ``b`` is a module or a function
+    is left to the reader of the name.
+
+    Parameters
+    ----------
+    path : Path
+        Source file.
+    module : str
+        Dotted name of that file, against which relative imports are resolved.
+    """
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            origin = _absolute(node, package)
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
+
+
+def code_hash(module: str) -> str:
+    """SHA-256 over names and contents of `code_of` a module, the same in every checkout."""
+    return _hash_files((path.relative_to(SOURCE_ROOT), path) for path in code_of(module))
+
+
+def input_hash(paths: Iterable[Path | str]) -> str:
+    """SHA-256 over names (without folder) and contents of files, in the order of their names.
+
+    Raises
+    ------
+    FileNotFoundError
+        If one of the files is missing.
+    """
+    return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
+
+
+def environment_versions() -> dict[str, str]:
+    """Versions of Python, the machine type and the `NUMERICAL_PACKAGES`, without importing them.
+
+    Raises
+    ------
+    importlib.metadata.PackageNotFoundError
+        If a package is missing; ``make environment`` installs it.
+    """
+    versions = {name: metadata.version(name) for name in NUMERICAL_PACKAGES}
+    return {"python": platform.python_version(), "machine": platform.platform()} | versions
+
+
+def _with_parents(module: str) -> Iterator[str]:
+    """`module` and all packages above it: ``a.b.c`` gives ``a``, ``a.b``, ``a.b.c``."""
+    parts = module.split(".")
+    return (".".join(parts[:count]) for count in range(1, len(parts) + 1))
+
+
+def _source_file(module: str, root: Path) -> Path | None:
+    """File of a module or package below `root`; None for everything else, such as functions."""
+    stem = root.joinpath(*module.split("."))
+    candidates = (stem / "__init__.py", stem.with_name(f"{stem.name}.py"))
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def _absolute(node: ast.ImportFrom, package: str) -> str:
+    """Dotted name of the module in a ``from … import`` statement inside `package`."""
+    if node.level == 0:
+        return node.module or ""
+    parts = package.split(".")
+    parts = parts[: len(parts) - node.level + 1]
+    return ".".join([*parts, node.module] if node.module else parts)
+
+
+def _hash_files(files: Iterable[tuple[Path, Path]]) -> str:
+    """SHA-256 over pairs of (name, file); lengths keep neighbouring contents apart."""
+    digest = hashlib.sha256()
+    for name, path in files:
+        content = path.read_bytes()
+        digest.update(f"{name.as_posix()}:{len(content)}:".encode())
+        digest.update(content)
+    return digest.hexdigest()

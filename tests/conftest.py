@@ -1,0 +1,29 @@
+"""Fixtures and collection rules for all tests."""
+
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+# The same examples in every run; no deadline, because symbolic code compiles on first use.
+hypothesis.settings.register_profile("study", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("study")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import a test file with opensim tests only under ``-m opensim``, and no other file then.
+
+    The opensim and casadi wheels cannot be loaded into one process, and collecting a test file
+    imports it whatever its marks are.
+    """
+    if not collection_path.match("test_*.py"):
+        return None
+    uses_opensim = "pytest.mark.opensim" in collection_path.read_text(encoding="utf-8")
+    wants_opensim = config.option.markexpr == "opensim"
+    return True if uses_opensim != wants_opensim else None
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """Top folder of the checkout."""
+    return Path(__file__).resolve().parents[1]

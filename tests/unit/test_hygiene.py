@@ -1,0 +1,87 @@
+"""Rules for the whole tree that no single test sees."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from scapulohumeral import provenance
+
+pytestmark = pytest.mark.unit
+
+CHECKED_FOLDERS = (".ci", "config", "src", "tests", "workflow")
+CHECKED_SUFFIXES = (
+    "", ".py", ".smk", ".sh", ".md", ".yaml", ".toml", ".cff", ".rst", ".csv", ".json", ".html",
+)  # fmt: skip
+MACHINE_PATH = re.compile(r"(?<![\w.}])/(?:home|root|tmp|mnt|opt|work|Users)/|[A-Z]:\\\\")
+REMINDER = re.compile(r"\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b")
+
+
+def text_files(repository: Path) -> Iterator[Path]:
+    """Hand-written files of the project."""
+    folders = [path for name in CHECKED_FOLDERS for path in (repository / name).rglob("*")]
+    for path in [*repository.iterdir(), *folders]:
+        if path.is_file() and path.suffix in CHECKED_SUFFIXES and path.name != ".git":
+            yield path
+
+
+def findings(pattern: re.Pattern[str], repository: Path) -> list[str]:
+    """File, line and text of every match."""
+    return [
+        f"{path.relative_to(repository)}:{number}: {line.strip()}"
+        for path in text_files(repository)
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if pattern.search(line)
+    ]
+
+
+def test_no_absolute_machine_paths(repository: Path) -> None:
+    assert not findings(MACHINE_PATH, repository)
+
+
+def test_no_reminders_left_behind(repository: Path) -> None:
+    assert not findings(REMINDER, repository)
+
+
+def external_packages(paths: list[Path]) -> set[str]:
+    """Top-level names that the given source files import."""
+    return {
+        name.split(".")[0]
+        for path in paths
+        for name in provenance.imported_names(path, "scapulohumeral")
+    }
+
+
+@pytest.mark.parametrize(
+    "path", sorted(provenance.SOURCE_ROOT.joinpath("scapulohumeral").rglob("*.py")), ids=str
+)
+def test_no_module_loads_opensim_and_casadi(path: Path) -> None:
+    parts = path.relative_to(provenance.SOURCE_ROOT).with_suffix("").parts
+    module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    packages = external_packages(provenance.code_of(module))
+    solvers = packages & {"casadi", "cyipopt"}  # cyipopt loads the IPOPT of the casadi wheel
+    assert not ("opensim" in packages and solvers), "move one of the two into a rule of its own"
+
+
+@pytest.mark.parametrize(
+    "path", sorted(Path(__file__).parents[1].rglob("test_*.py")), ids=lambda path: path.name
+)
+def test_files_that_load_opensim_are_marked(path: Path) -> None:
+    names = list(provenance.imported_names(path, path.stem))
+    ours = [module for name in names if (module := own_module(name))]
+    loaded = [path, *(file for module in ours for file in provenance.code_of(module))]
+    if "opensim" in external_packages(loaded):
+        assert "pytest.mark.opensim" in path.read_text(encoding="utf-8")
+
+
+def own_module(name: str) -> str | None:
+    """Longest part of an imported name that is a module of this package."""
+    parts = name.split(".")
+    if parts[0] != "scapulohumeral":
+        return None
+    for count in range(len(parts), 0, -1):
+        stem = provenance.SOURCE_ROOT.joinpath(*parts[:count])
+        if stem.with_suffix(".py").is_file() or (stem / "__init__.py").is_file():
+            return ".".join(parts[:count])
+    return None

@@ -1,0 +1,100 @@
+"""Provenance: the list of source files is the one Python loads, hashes follow the contents."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scapulohumeral import provenance
+from scapulohumeral.errors import ConfigError
+
+pytestmark = pytest.mark.unit
+
+LOADED_FILES = """
+import importlib, sys
+importlib.import_module(sys.argv[1])
+for name, module in list(sys.modules.items()):
+    if name.split(".")[0] == sys.argv[2]:
+        print(module.__file__)
+"""
+
+
+def loaded_files(module: str, root: Path) -> set[Path]:
+    """Files of the package that a fresh Python process loads for `module`."""
+    result = subprocess.run(
+        [sys.executable, "-c", LOADED_FILES, module, module.split(".")[0]],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={"PYTHONPATH": str(root)},
+    )
+    return {Path(line) for line in result.stdout.splitlines()}
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package with every form of import that the walk has to follow."""
+    files = {
+        "arm/__init__.py": "from .units import DEGREE\n",
+        "arm/units.py": "DEGREE = 0.017\n",
+        "arm/unused.py": "",
+        "arm/bones/__init__.py": "",
+        "arm/bones/humerus.py": "from ..motion import speed\nfrom . import scapula\nimport math\n",
+        "arm/bones/scapula.py": "import arm.motion.frames\n",
+        "arm/motion/__init__.py": "",
+        "arm/motion/speed.py": "from arm.motion.frames import thorax\n",
+        "arm/motion/frames.py": "from arm import bones\nthorax = 1\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def test_code_is_what_python_loads(package: Path) -> None:
+    code = provenance.code_of("arm.bones.humerus", package)
+    assert set(code) == loaded_files("arm.bones.humerus", package)
+    assert package / "arm/unused.py" not in code
+
+
+@pytest.mark.parametrize("module", ["scapulohumeral.provenance", "scapulohumeral.model.rotations"])
+def test_code_of_this_package_is_what_python_loads(module: str) -> None:
+    code = provenance.code_of(module)
+    assert set(code) == loaded_files(module, provenance.SOURCE_ROOT)
+
+
+def test_imports_inside_functions_count(package: Path) -> None:
+    late = package / "arm/late.py"
+    late.write_text("def run():\n    from arm import unused\n", encoding="utf-8")
+    assert package / "arm/unused.py" in provenance.code_of("arm.late", package)
+
+
+def test_unknown_module_is_refused() -> None:
+    with pytest.raises(ConfigError, match="scapulohumeral.no_such_module"):
+        provenance.code_of("scapulohumeral.no_such_module")
+
+
+def test_code_hash_tells_modules_apart() -> None:
+    first = provenance.code_hash("scapulohumeral.provenance")
+    assert first == provenance.code_hash("scapulohumeral.provenance")
+    assert first != provenance.code_hash("scapulohumeral.errors")
+
+
+def test_input_hash_follows_content_and_name_but_not_order(tmp_path: Path) -> None:
+    first, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    first.write_text("1")
+    second.write_text("2")
+    before = provenance.input_hash([first, second])
+    assert before == provenance.input_hash([second, first])
+    second.write_text("3")
+    assert before != provenance.input_hash([first, second])
+    assert provenance.input_hash([second]) != provenance.input_hash(
+        [second.rename(tmp_path / "c.csv")]
+    )
+
+
+def test_environment_names_the_solver_and_python() -> None:
+    versions = provenance.environment_versions()
+    assert {"python", "machine", "casadi", "cyipopt"} <= versions.keys()
+    assert all(versions.values())

@@ -1,0 +1,76 @@
+"""Reading of CSV tables with named columns; every refusal names file, row, column and remedy.
+
+Rows are counted as a text editor shows them: the header is row 1.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from scapulohumeral.errors import DataError
+
+Row = dict[str, str]
+
+
+def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
+    """Rows of a table as text.
+
+    Parameters
+    ----------
+    path : Path
+    columns : names that must be in the header; further columns are kept
+
+    Returns
+    -------
+    list of dict                     one per data row, column name -> cell without outer spaces
+
+    Raises
+    ------
+    DataError                        no such file, a missing column, a ragged row, or no rows
+    """
+    if not path.is_file():
+        raise DataError(f"{path}: no such file. Check the name where the table is referred to.")
+    with path.open(newline="", encoding="utf-8-sig") as handle:
+        lines = [[cell.strip() for cell in line] for line in csv.reader(handle)]
+    if len(lines) < 2:
+        raise DataError(f"{path}: {len(lines)} lines; expected a header and at least one row.")
+    header = lines[0]
+    missing = [name for name in columns if name not in header]
+    if missing:
+        raise DataError(
+            f"{path}, row 1: missing column {', '.join(missing)}; found {', '.join(header)}. "
+            "Rename or add the column: names carry their unit."
+        )
+    for number, cells in enumerate(lines[1:], start=2):
+        if len(cells) != len(header):
+            raise DataError(
+                f"{path}, row {number}: {len(cells)} cells, expected {len(header)} as in the "
+                "header. Remove empty lines and stray commas."
+            )
+    return [dict(zip(header, cells, strict=True)) for cells in lines[1:]]
+
+
+def number(path: Path, row_number: int, row: Row, column: str) -> float:
+    """The finite number in a cell.
+
+    Raises
+    ------
+    DataError                        if the cell holds text, nothing, NaN or infinity
+    """
+    text = row[column]
+    try:
+        value = float(text)
+    except ValueError:
+        raise DataError(
+            f"{path}, row {row_number}, column {column}: '{text}' is not a number. "
+            "Write a decimal number with a point, without unit."
+        ) from None
+    if not math.isfinite(value):
+        raise DataError(
+            f"{path}, row {row_number}, column {column}: {text}; expected a finite number. "
+            "Fill the gap by interpolation, or cut the rows."
+        )
+    return value

@@ -1,0 +1,415 @@
+"""The model in OpenSim: built from the tables, scaled to a participant, and recorded as plain data.
+
+OpenSim serves as the geometry engine (wrapping, scaling); its muscle dynamics are not used. The
+class Thelen2003Muscle carries path, strength and lengths because, unlike OpenSim's rigid tendon
+class, it scales optimal fibre and tendon slack lengths with the path. This module and
+`opensim_sampling` are the only ones to import opensim, which cannot share a process with casadi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import opensim
+
+from scapulohumeral.errors import ModelError
+from scapulohumeral.model.opensim_sampling import muscle_lengths
+from scapulohumeral.model.participant import Participant
+from scapulohumeral.model.tables import (
+    GROUND,
+    Coordinate,
+    Joint,
+    ModelTables,
+    Muscle,
+    WrapObject,
+)
+
+Masses = Literal["published", "anthropometric"]
+
+MODEL_SCHEMA = "model/1"
+PRONATION = "PS_y"
+RECORDED_SEGMENTS = (
+    "thorax",
+    "clavicle_r",
+    "scapula_r",
+    "humerus_r",
+    "ulna_r",
+    "radius_r",
+    "hand_r",
+)
+# Body masses that replace the published ones if masses are anthropometric. Clavicle and scapula
+# have no fraction of their own in de Leva 1996, so they keep their share relative to the humerus.
+ANTHROPOMETRIC_PARTS = {
+    "upper_arm": (("humerus_r",), ("clavicle_r", "scapula_r")),
+    "forearm": (("ulna_r", "radius_r"), ()),
+    "hand": (("hand_r",), ()),
+}
+
+opensim.Logger.setLevelString("error")
+
+
+def participant_model(
+    tables: ModelTables, participant: Participant, masses: Masses = "published"
+) -> opensim.Model:
+    """The model of a participant: built, scaled, fibres adjusted, forearm locked.
+
+    Parameters
+    ----------
+    tables : ModelTables
+    participant : Participant
+    masses : "published" (as the published scaled model) or "anthropometric" (de Leva 1996)
+
+    Returns
+    -------
+    opensim.Model                    with all muscle elements of the tables
+    """
+    model = build_model(tables)
+    scale_model(model, participant)
+    if masses == "anthropometric":
+        set_anthropometric_masses(model, participant, tables)
+    lock_pronation(model, np.deg2rad(tables.constants["forearm"]["pronation_deg"]))
+    lengthen_fibres(model, participant, tables)
+    model.setGravity(_vec3(participant.gravity_mps2))
+    model.setName(participant.name)
+    model.finalizeConnections()
+    return model
+
+
+def build_model(tables: ModelTables) -> opensim.Model:
+    """The unscaled model, with every muscle element of the tables.
+
+    Coordinates are neither clamped nor locked, so that any pose can be set.
+
+    Returns
+    -------
+    opensim.Model                    connected; call ``initSystem`` for a state
+    """
+    model = opensim.Model()
+    model.setName("base")
+    model.setGravity(_vec3(tables.constants["gravity"]["vector_mps2"]))
+    for segment in tables.segments.values():
+        inertia = opensim.Inertia(*segment.inertia_kgm2)
+        body = opensim.Body(segment.name, segment.mass_kg, _vec3(segment.com_m), inertia)
+        model.addBody(body)
+    for joint in tables.joints.values():
+        coordinates = [c for c in tables.coordinates.values() if c.joint == joint.name]
+        model.addJoint(_joint(model, joint, coordinates))
+        for coordinate in coordinates:
+            _set_range(model.updCoordinateSet().get(coordinate.name), coordinate)
+    for wrap_object in tables.wrap_objects.values():
+        _frame(model, wrap_object.segment).addWrapObject(_wrap_object(wrap_object))
+    model.finalizeConnections()
+    for muscle in tables.muscles.values():
+        model.addForce(_muscle(model, muscle, tables))
+    for name, point in tables.markers.items():
+        frame = _frame(model, point.segment)
+        model.addMarker(opensim.Marker(name, frame, _vec3(point.location_m)))
+    model.finalizeConnections()
+    return model
+
+
+def _vec3(values: Sequence[float]) -> opensim.Vec3:
+    return opensim.Vec3(*(float(value) for value in values))
+
+
+def _list3(vector: opensim.Vec3) -> list[float]:
+    return [vector.get(i) for i in range(3)]
+
+
+def _frame(model: opensim.Model, name: str) -> opensim.PhysicalFrame:
+    return model.updGround() if name == GROUND else model.updBodySet().get(name)
+
+
+def _joint(model: opensim.Model, joint: Joint, coordinates: list[Coordinate]) -> opensim.Joint:
+    child = _frame(model, joint.child)
+    place = (_vec3(joint.location_m), _vec3(joint.orientation_rad))
+    origin = (opensim.Vec3(0.0), opensim.Vec3(0.0))
+    parent = _frame(model, joint.parent)
+    if joint.kind == "weld":
+        return opensim.WeldJoint(joint.name, parent, *place, child, *origin)
+    if joint.kind != "rotation" or not 1 <= len(coordinates) <= 3:
+        raise ModelError(
+            f"joint {joint.name}: type '{joint.kind}' with {len(coordinates)} coordinates; "
+            "expected 'weld' with none, or 'rotation' with one to three. Correct joints.csv."
+        )
+    transform = _rotations(coordinates)
+    return opensim.CustomJoint(joint.name, parent, *place, child, *origin, transform)
+
+
+def _rotations(coordinates: list[Coordinate]) -> opensim.SpatialTransform:
+    transform = opensim.SpatialTransform()
+    axes = [np.array(coordinate.axis) for coordinate in coordinates]
+    # OpenSim wants three independent axes; those without a coordinate stay at zero angle.
+    spare = np.eye(3)[np.argsort(np.abs(axes[0]))]
+    for i in range(3):
+        axis = transform.updTransformAxis(i)
+        if i < len(coordinates):
+            axis.setCoordinateNames(opensim.ArrayStr(coordinates[i].name, 1))
+            axis.setAxis(_vec3(coordinates[i].axis))
+            axis.set_function(opensim.LinearFunction(1.0, 0.0))
+        else:
+            axis.setAxis(_vec3(spare[i - 1]))
+            axis.set_function(opensim.Constant(0.0))
+    return transform
+
+
+def _set_range(target: opensim.Coordinate, source: Coordinate) -> None:
+    target.set_clamped(False)
+    target.set_locked(False)
+    target.setRangeMin(source.min_rad)
+    target.setRangeMax(source.max_rad)
+    target.setDefaultValue(source.default_rad)
+
+
+def _wrap_object(source: WrapObject) -> opensim.WrapObject:
+    if source.kind == "ellipsoid":
+        target = opensim.WrapEllipsoid()
+        target.set_dimensions(_vec3(source.dimensions_m))
+    elif source.kind == "sphere":
+        target = opensim.WrapSphere()
+        target.set_radius(source.dimensions_m[0])
+    else:
+        target = opensim.WrapCylinder()
+        target.set_radius(source.dimensions_m[0])
+        target.set_length(source.dimensions_m[1])
+    target.setName(source.name)
+    target.set_translation(_vec3(source.translation_m))
+    target.set_xyz_body_rotation(_vec3(source.rotation_rad))
+    target.set_quadrant(source.quadrant)
+    return target
+
+
+def _muscle(model: opensim.Model, source: Muscle, tables: ModelTables) -> opensim.Muscle:
+    target = opensim.Thelen2003Muscle()
+    target.setName(source.name)
+    target.setMaxIsometricForce(source.max_isometric_force_N)
+    target.setOptimalFiberLength(source.optimal_fibre_length_m)
+    target.setTendonSlackLength(source.tendon_slack_length_m)
+    target.setPennationAngleAtOptimalFiberLength(source.pennation_rad)
+    for i, point in enumerate(source.points, start=1):
+        frame = _frame(model, point.segment)
+        target.addNewPathPoint(f"{source.name}-P{i}", frame, _vec3(point.location_m))
+    path = opensim.GeometryPath.safeDownCast(target.updPath())
+    for i, wrap in enumerate(source.wraps):
+        segment = tables.wrap_objects[wrap.wrap_object].segment
+        path.addPathWrap(_frame(model, segment).upd_WrapObjectSet().get(wrap.wrap_object))
+        use = path.updWrapSet().get(i)
+        use.set_method(wrap.method)
+        use.set_range(0, wrap.first_point)
+        use.set_range(1, wrap.last_point)
+    return target
+
+
+def scale_model(model: opensim.Model, participant: Participant) -> None:
+    """Scale segments, paths, muscle lengths and masses in place, as OpenSim's scale tool does.
+
+    Optimal fibre and tendon slack lengths follow the path length in the default pose. All masses
+    together become the participant's published total.
+
+    Parameters
+    ----------
+    model : opensim.Model            as from `build_model`
+    participant : Participant
+    """
+    scales = opensim.ScaleSet()
+    for segment, factors in participant.scale.items():
+        scale = opensim.Scale()
+        scale.setSegmentName(segment)
+        scale.setScaleFactors(_vec3(factors))
+        scale.setApply(True)
+        scales.cloneAndAppend(scale)
+    done = model.scale(
+        model.initSystem(),
+        scales,
+        participant.preserve_mass_distribution,
+        participant.published_total_mass_kg,
+    )
+    if not done:
+        raise ModelError(f"{participant.name}: OpenSim could not scale the model; see its message.")
+
+
+def set_anthropometric_masses(
+    model: opensim.Model, participant: Participant, tables: ModelTables
+) -> None:
+    """Replace the masses of the arm by fractions of body mass; inertia follows in proportion.
+
+    Source: de Leva 1996, table 4. Unknown sex: mean of both. Unknown body mass: `body_mass`.
+    """
+    fractions = tables.constants["anthropometry"]
+    sexes = (participant.sex,) if participant.sex else ("male", "female")
+    mass, _ = body_mass(participant, tables)
+    bodies = model.updBodySet()
+    for part, (segments, followers) in ANTHROPOMETRIC_PARTS.items():
+        target = mass * np.mean([fractions[f"{sex}_{part}"] for sex in sexes])
+        ratio = target / sum(bodies.get(segment).getMass() for segment in segments)
+        for segment in (*segments, *followers):
+            bodies.get(segment).scaleMass(float(ratio))
+
+
+def body_mass(participant: Participant, tables: ModelTables) -> tuple[float, str]:
+    """Body mass [kg] and its source: the participant, or else the mean of all participants."""
+    if participant.body_mass_kg is not None:
+        return participant.body_mass_kg, "participant"
+    return tables.constants["anthropometry"]["mean_body_mass_kg"], "mean of the participants"
+
+
+def lock_pronation(model: opensim.Model, angle_rad: float) -> None:
+    """Hold the forearm at an angle: the paper's model has no forearm rotation."""
+    coordinate = model.updCoordinateSet().get(PRONATION)
+    coordinate.setDefaultValue(float(angle_rad))
+    coordinate.setDefaultLocked(True)
+
+
+def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:
+    """Lengthen optimal fibres that the recorded motions would stretch beyond a limit.
+
+    Applies to the groups named in constants.yaml, `fibre_adjustment`, where the reason is given.
+    """
+    rule = tables.constants["fibre_adjustment"]
+    names = [m.name for m in tables.muscles.values() if m.group in rule["groups"]]
+    angles = np.concatenate([trial.motion.angles_rad for trial in participant.trials.values()])
+    longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
+    for name, length in zip(names, longest, strict=True):
+        muscle = model.updMuscles().get(name)
+        needed = (length - muscle.getTendonSlackLength()) / rule["max_normalised_length"]
+        muscle.setOptimalFiberLength(max(muscle.getOptimalFiberLength(), float(needed)))
+
+
+def write_osim(model: opensim.Model, path: Path) -> None:
+    """Write the model in OpenSim's own format."""
+    model.printToXML(str(path))
+
+
+def model_record(
+    model: opensim.Model, participant: Participant, tables: ModelTables, masses: Masses
+) -> dict[str, Any]:
+    """All that the equations of motion and the muscles need, as plain data for JSON.
+
+    Parameters
+    ----------
+    model : opensim.Model            as from `participant_model`
+    participant, tables, masses      what it was made from
+
+    Returns
+    -------
+    dict                             schema "model/1": lengths in m, angles in rad, in the axes of
+                                     the segment named; the muscle elements simulated, in order
+    """
+    bodies = model.getBodySet()
+    mass, mass_source = body_mass(participant, tables)
+    constants = tables.constants
+    ellipsoid = participant.thorax_ellipsoid
+    return {
+        "schema": MODEL_SCHEMA,
+        "participant": participant.name,
+        "masses": masses,
+        "body_mass_kg": mass,
+        "body_mass_source": mass_source,
+        "gravity_mps2": list(participant.gravity_mps2),
+        "segments": {name: _segment_record(bodies.get(name)) for name in RECORDED_SEGMENTS},
+        "joints": {name: _joint_record(model, tables.joints[name]) for name in tables.joints},
+        "axes": {name: list(tables.coordinates[name].axis) for name in ("EL_x", PRONATION)},
+        "coordinates": {
+            name: {"min_rad": c.min_rad, "max_rad": c.max_rad, "default_rad": c.default_rad}
+            for name, c in tables.coordinates.items()
+        },
+        "pronation_rad": float(np.deg2rad(constants["forearm"]["pronation_deg"])),
+        "markers": {name: _marker_record(model, name) for name in tables.markers},
+        "conoid": _conoid_record(model, constants["conoid_ligament"]),
+        "muscles": [
+            _muscle_record(model.getMuscles().get(name), tables.muscles[name])
+            for name in tables.active_muscles
+        ],
+        "wrap_objects": [_wrap_record(model, w) for w in tables.wrap_objects.values()],
+        "published_thorax_ellipsoid": ellipsoid
+        and {"centre_m": list(ellipsoid.centre_m), "radii_m": list(ellipsoid.radii_m)},
+        "constants": {section: dict(values) for section, values in constants.items()},
+    }
+
+
+def _segment_record(body: opensim.Body) -> dict[str, Any]:
+    inertia = body.getInertia()
+    return {
+        "mass_kg": body.getMass(),
+        "com_m": _list3(body.getMassCenter()),
+        "inertia_kgm2": _list3(inertia.getMoments()) + _list3(inertia.getProducts()),
+    }
+
+
+def _joint_record(model: opensim.Model, joint: Joint) -> dict[str, Any]:
+    frame = model.getJointSet().get(joint.name).get_frames(0)
+    return {
+        "parent": joint.parent,
+        "child": joint.child,
+        "location_m": _list3(frame.get_translation()),
+        "orientation_rad": _list3(frame.get_orientation()),
+    }
+
+
+def _marker_record(model: opensim.Model, name: str) -> dict[str, Any]:
+    marker = model.getMarkerSet().get(name)
+    return {"body": marker.getParentFrame().getName(), "location_m": _list3(marker.get_location())}
+
+
+def _path_points(muscle: opensim.Muscle) -> list[dict[str, Any]]:
+    points = opensim.GeometryPath.safeDownCast(muscle.updPath()).getPathPointSet()
+    casts = [opensim.PathPoint.safeDownCast(points.get(i)) for i in range(points.getSize())]
+    return [
+        {"body": point.getParentFrame().getName(), "location_m": _list3(point.get_location())}
+        for point in casts
+    ]
+
+
+def _conoid_record(model: opensim.Model, rule: dict[str, Any]) -> dict[str, Any]:
+    ac_joint = model.getJointSet().get("ac1").get_frames(0).get_translation()
+    biceps_origin = np.array(_path_points(model.getMuscles().get("bic_l"))[0]["location_m"])
+    return {
+        "origin_body": "clavicle_r",
+        "origin_m": [
+            rule["origin_fraction_of_ac"] * ac_joint.get(0),
+            rule["origin_y_m"],
+            rule["origin_z_m"],
+        ],
+        "insertion_body": "scapula_r",
+        "insertion_m": (biceps_origin + rule["insertion_from_bic_l_m"]).tolist(),
+        "length_m": rule["length_m"],
+        "stiffness_N_per_m": rule["stiffness_N_per_m"],
+        "eps_m": rule["eps_m"],
+    }
+
+
+def _muscle_record(muscle: opensim.Muscle, source: Muscle) -> dict[str, Any]:
+    return {
+        "name": source.name,
+        "group": source.group,
+        "max_isometric_force_N": muscle.getMaxIsometricForce(),
+        "optimal_fibre_length_m": muscle.getOptimalFiberLength(),
+        "tendon_slack_length_m": muscle.getTendonSlackLength(),
+        "activation_time_s": source.activation_time_s,
+        "deactivation_time_s": source.deactivation_time_s,
+        "points": _path_points(muscle),
+        "wraps": [wrap.wrap_object for wrap in source.wraps],
+    }
+
+
+def _wrap_record(model: opensim.Model, source: WrapObject) -> dict[str, Any]:
+    target = _frame(model, source.segment).getWrapObject(source.name)
+    if source.kind == "ellipsoid":
+        dimensions = _list3(opensim.WrapEllipsoid.safeDownCast(target).get_dimensions())
+    elif source.kind == "sphere":
+        dimensions = [opensim.WrapSphere.safeDownCast(target).get_radius()]
+    else:
+        cylinder = opensim.WrapCylinder.safeDownCast(target)
+        dimensions = [cylinder.get_radius(), cylinder.get_length()]
+    return {
+        "name": source.name,
+        "type": source.kind,
+        "body": source.segment,
+        "translation_m": _list3(target.get_translation()),
+        "rotation_rad": _list3(target.get_xyz_body_rotation()),
+        "quadrant": source.quadrant,
+        "dimensions_m": dimensions,
+    }

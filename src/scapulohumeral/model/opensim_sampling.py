@@ -1,0 +1,256 @@
+"""Muscle geometry and joint torques from OpenSim, at poses given by quaternions or joint angles.
+
+Letters: P poses, M muscle elements. A pose has the thirteen numbers of ``rotations``: SC, AC and GH
+quaternions (scalar first, ``v_parent = R(q) v_child``) and the elbow angle [rad].
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import opensim
+
+from scapulohumeral.errors import ModelError
+from scapulohumeral.model.rotations import (
+    ANGLE_NAMES,
+    Array,
+    pose_to_trial,
+    quaternion_multiply,
+    rotation_vector_to_quaternion,
+)
+
+# Small rotation of the central differences: truncation grows with its square, the noise of
+# OpenSim's iterative ellipsoid wrapping with its inverse.
+ROTATION_STEP_RAD = 1e-3
+TRANSLATION_STEP_M = 1e-3
+GH_JOINT = "gh1"
+# Links of the chain, thorax first; a joint lies between neighbours.
+CHAIN_POSITION = {
+    "thorax": 0,
+    "clavicle_r": 1,
+    "scapula_r": 2,
+    "humerus_r": 3,
+    "ulna_r": 4,
+    "radius_r": 4,
+    "hand_r": 4,
+}
+JOINT_COLUMNS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
+
+
+class _Sampler:
+    """A model with a state and handles, fetched once because fetching costs more than a length."""
+
+    def __init__(self, model: opensim.Model, muscles: Sequence[str]) -> None:
+        self.model = model
+        self.state = model.initSystem()
+        coordinates = model.updCoordinateSet()
+        self.coordinates = [coordinates.get(name) for name in ANGLE_NAMES]
+        owners = [model.updMuscles().get(name) for name in muscles]
+        self.paths = [opensim.GeometryPath.safeDownCast(owner.updPath()) for owner in owners]
+
+    def set(self, angles: Sequence[float], columns: slice = slice(None)) -> None:
+        state = self.state
+        for coordinate, angle in zip(self.coordinates[columns], angles, strict=True):
+            coordinate.setValue(state, angle, False)
+        self.model.realizePosition(state)
+
+    def lengths(self, muscles: Sequence[int]) -> list[float]:
+        state, paths = self.state, self.paths
+        return [paths[i].getLength(state) for i in muscles]
+
+
+def muscle_names(model: opensim.Model) -> tuple[str, ...]:
+    """Names of all muscle elements of a model, in its order."""
+    muscles = model.getMuscles()
+    return tuple(muscles.get(i).getName() for i in range(muscles.getSize()))
+
+
+def muscle_lengths(
+    model: opensim.Model, angles: Array, muscles: Sequence[str] | None = None
+) -> Array:
+    """Muscle-tendon lengths at joint angles.
+
+    Parameters
+    ----------
+    model : opensim.Model
+    angles : array, shape (P, 10)    [rad], in the order of ``rotations.ANGLE_NAMES``
+    muscles : names, default all
+
+    Returns
+    -------
+    array, shape (P, M)              [m]
+    """
+    sampler = _Sampler(model, muscle_names(model) if muscles is None else muscles)
+    everything = range(len(sampler.paths))
+    result = np.empty((len(angles), len(sampler.paths)))
+    for row, pose in zip(result, np.asarray(angles, float).tolist(), strict=True):
+        sampler.set(pose)
+        row[:] = sampler.lengths(everything)
+    return result
+
+
+def sample_geometry(
+    model: opensim.Model, poses: Array, muscles: Sequence[str] | None = None
+) -> dict[str, Array]:
+    """Lengths of the muscle elements, and how they change with each joint and with the GH centre.
+
+    Parameters
+    ----------
+    model : opensim.Model
+    poses : array, shape (P, 13)
+    muscles : names, default all
+
+    Returns
+    -------
+    dict
+        q : (P, 13)                    the poses
+        length_m : (P, M)
+        rotation_gradient_m : (P, M, 10)
+            change per small rotation [m/rad] about the child's axes, SC xyz, AC xyz, GH xyz
+            (R <- R exp(delta)), then per elbow angle; minus the moment arm
+        gh_translation : (P, M, 3)     change per translation of the humeral head centre along the
+                                       scapula axes; exactly zero if the muscle does not cross GH
+    """
+    poses = np.asarray(poses, float)
+    names = muscle_names(model) if muscles is None else tuple(muscles)
+    sampler = _Sampler(model, names)
+    crossing = crossing_muscles(sampler)
+    length, gradient = _rotational(sampler, poses, crossing)
+    translation = _translational(model, names, poses, crossing["GH"])
+    return {
+        "q": poses,
+        "length_m": length,
+        "rotation_gradient_m": gradient,
+        "gh_translation": translation,
+    }
+
+
+def crossing_muscles(sampler: _Sampler) -> dict[str, list[int]]:
+    """Which muscles span each joint with their path points and wrapping surfaces."""
+    spans = [sorted(set(_chain_positions(path))) for path in sampler.paths]
+    return {
+        joint: [m for m, span in enumerate(spans) if span[0] <= k < span[-1]]
+        for k, joint in enumerate(JOINT_COLUMNS)
+    }
+
+
+def _chain_positions(path: opensim.GeometryPath) -> Iterator[int]:
+    points, wraps = path.getPathPointSet(), path.getWrapSet()
+    frames = [points.get(i).getParentFrame() for i in range(points.getSize())]
+    frames += [wraps.get(i).getWrapObject().getFrame() for i in range(wraps.getSize())]
+    for frame in frames:
+        name = frame.getName()
+        if name not in CHAIN_POSITION:
+            raise ModelError(
+                f"a muscle path is attached to {name}; expected {', '.join(CHAIN_POSITION)}."
+            )
+        yield CHAIN_POSITION[name]
+
+
+def _angles(poses: Array) -> Array:
+    with warnings.catch_warnings():
+        # At gimbal lock scipy picks one of the equivalent angle triples, which is all we need.
+        warnings.filterwarnings("ignore", message="Gimbal lock")
+        return pose_to_trial(poses)
+
+
+def _rotational(
+    sampler: _Sampler, poses: Array, crossing: dict[str, list[int]]
+) -> tuple[Array, Array]:
+    """Lengths (P, M) and their central differences (P, M, 10) for small joint rotations."""
+    base = _angles(poses)
+    everything = range(len(sampler.paths))
+    length = np.empty((len(poses), len(sampler.paths)))
+    gradient = np.zeros((len(poses), len(sampler.paths), 10))
+    turned = {name: _turned(poses, base, name) for name in JOINT_COLUMNS}
+    for p, angles in enumerate(base.tolist()):
+        sampler.set(angles)
+        length[p] = sampler.lengths(everything)
+        for name, columns in JOINT_COLUMNS.items():
+            muscles = crossing[name]
+            for k, pair in enumerate(turned[name][p].tolist()):
+                sampler.set(pair[0], columns)
+                above = sampler.lengths(muscles)
+                sampler.set(pair[1], columns)
+                change = np.subtract(above, sampler.lengths(muscles))
+                gradient[p, muscles, columns.start + k] = change / (2.0 * ROTATION_STEP_RAD)
+            sampler.set(angles[columns], columns)
+    return length, gradient
+
+
+def _turned(poses: Array, base: Array, joint: str) -> Array:
+    """Joint angles (P, axes, 2, angles) after small positive and negative rotations of a joint."""
+    columns = JOINT_COLUMNS[joint]
+    if joint == "EL":
+        steps = np.array([ROTATION_STEP_RAD, -ROTATION_STEP_RAD])
+        return base[:, None, None, columns] + steps[None, None, :, None]
+    start = 4 * (columns.start // 3)
+    turned = np.repeat(poses[None], 6, axis=0)
+    steps = ROTATION_STEP_RAD * np.stack([np.eye(3), -np.eye(3)], axis=1).reshape(6, 1, 3)
+    small = rotation_vector_to_quaternion(steps)
+    turned[..., start : start + 4] = quaternion_multiply(poses[:, start : start + 4], small)
+    angles = _angles(turned.reshape(-1, 13))[:, columns].reshape(3, 2, len(poses), 3)
+    return np.moveaxis(angles, 2, 0)
+
+
+def _translational(
+    model: opensim.Model, names: Sequence[str], poses: Array, muscles: list[int]
+) -> Array:
+    """Central differences (P, M, 3) for small shifts of the GH centre in the scapula."""
+    base = _angles(poses).tolist()
+    result = np.zeros((len(poses), len(names), 3))
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            sampler = _Sampler(_shifted(model, axis, sign * TRANSLATION_STEP_M), names)
+            for p, angles in enumerate(base):
+                sampler.set(angles)
+                result[p, muscles, axis] += sign * np.array(sampler.lengths(muscles))
+    return result / (2.0 * TRANSLATION_STEP_M)
+
+
+def _shifted(model: opensim.Model, axis: int, distance_m: float) -> opensim.Model:
+    copy = model.clone()
+    frame = copy.updJointSet().get(GH_JOINT).upd_frames(0)
+    location = frame.get_translation()
+    moved = [location.get(i) + (distance_m if i == axis else 0.0) for i in range(3)]
+    frame.set_translation(opensim.Vec3(*moved))
+    copy.finalizeConnections()
+    return copy
+
+
+def inverse_dynamics(
+    model: opensim.Model, angles: Array, speeds: Array, accelerations: Array
+) -> Array:
+    """Generalised torques that move the bodies, without muscles, contact or passive moments.
+
+    Parameters
+    ----------
+    model : opensim.Model
+    angles, speeds, accelerations : array, shape (P, 10)
+        joint angles in the order of ``rotations.ANGLE_NAMES`` [rad], and their derivatives;
+        forearm and thorax stay at their defaults
+
+    Returns
+    -------
+    array, shape (P, 10)             [N m]
+    """
+    copy = model.clone()
+    for name in muscle_names(copy):
+        copy.updMuscles().get(name).set_appliesForce(False)
+    sampler = _Sampler(copy, ())
+    solver = opensim.InverseDynamicsSolver(copy)
+    order = [c.getName() for c in copy.getCoordinatesInMultibodyTreeOrder()]
+    columns = [order.index(name) for name in ANGLE_NAMES]
+    result = np.empty((len(angles), 10))
+    for p in range(len(angles)):
+        sampler.set(angles[p].tolist())
+        for coordinate, speed in zip(sampler.coordinates, speeds[p].tolist(), strict=True):
+            coordinate.setSpeedValue(sampler.state, speed)
+        acceleration = opensim.Vector(len(order), 0.0)
+        for column, value in zip(columns, accelerations[p].tolist(), strict=True):
+            acceleration.set(column, value)
+        torque = solver.solve(sampler.state, acceleration)
+        result[p] = [torque.get(column) for column in columns]
+    return result

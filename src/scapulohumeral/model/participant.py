@@ -1,0 +1,218 @@
+"""Participants: scale factors, masses and recorded motions, read from ``config/participants``.
+
+Letters: T frames. The ten joint angles of a frame are in the order of ``rotations.ANGLE_NAMES``:
+clavicle (SC) and scapula (AC) in the sequence Y-Z-X, humerus (GH) in Y-Z-Y, elbow about its axis.
+Files hold degrees and seconds; everything returned is in radians and seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import best_match
+
+from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.model.csv_table import number, read_rows
+from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+
+TIME_COLUMN = "time_s"
+ANGLE_COLUMNS = tuple(f"{name}_deg" for name in ANGLE_NAMES)
+FEWEST_FRAMES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Joint angles over time: `time_s` (T,), `angles_rad` (T, 10)."""
+
+    time_s: Array
+    angles_rad: Array
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid with its axes along those of the thorax."""
+
+    centre_m: tuple[float, ...]
+    radii_m: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One recorded motion of a participant, and what it held in its hand.
+
+    `published_file` is the published simulation of the same trial, or None.
+    """
+
+    name: str
+    file: Path
+    motion: Motion
+    hand_load_kg: float
+    published_file: Path | None
+
+
+@dataclass(frozen=True, eq=False)
+class Participant:
+    """Everything that tells one participant from another.
+
+    `scale` is segment size over base model along the axes of the segment. `published_total_mass_kg`
+    is that of all segments together: thorax and one arm. `thorax_ellipsoid` is the thoracic wall of
+    the published model, or None. `predictions` are files of published predictions by condition.
+    """
+
+    name: str
+    side: str
+    sex: str | None
+    height_m: float | None
+    body_mass_kg: float | None
+    gravity_mps2: tuple[float, ...]
+    scale: Mapping[str, tuple[float, ...]]
+    published_total_mass_kg: float
+    preserve_mass_distribution: bool
+    thorax_ellipsoid: Ellipsoid | None
+    trials: Mapping[str, Trial]
+    predictions: Mapping[str, Path]
+
+    def trial(self, name: str) -> Trial:
+        """The trial of that name.
+
+        Raises
+        ------
+        ConfigError                  if this participant has no such trial
+        """
+        if name not in self.trials:
+            raise ConfigError(
+                f"trial '{name}' of {self.name}: unknown. Choose from {', '.join(self.trials)}, "
+                f"or add it to participant.yaml of {self.name}."
+            )
+        return self.trials[name]
+
+
+def read_motion(path: Path) -> Motion:
+    """Joint angles over time from a table in degrees.
+
+    Parameters
+    ----------
+    path : Path                      columns time_s, SC_y_deg, ..., EL_x_deg
+
+    Raises
+    ------
+    DataError                        missing column or number, time that does not increase, or
+                                     angles that cannot be degrees; names file, row and column
+    """
+    rows = read_rows(path, (TIME_COLUMN, *ANGLE_COLUMNS))
+    table = np.array(
+        [
+            [number(path, i, row, column) for column in (TIME_COLUMN, *ANGLE_COLUMNS)]
+            for i, row in enumerate(rows, start=2)
+        ]
+    )
+    _check_time(path, table[:, 0])
+    _check_degrees(path, table[:, 1:])
+    return Motion(table[:, 0], np.deg2rad(table[:, 1:]))
+
+
+def _check_time(path: Path, time: Array) -> None:
+    if len(time) < FEWEST_FRAMES:
+        raise DataError(f"{path}: {len(time)} frames; a motion needs at least {FEWEST_FRAMES}.")
+    stalled = np.flatnonzero(np.diff(time) <= 0.0)
+    if stalled.size:
+        row = int(stalled[0]) + 3
+        raise DataError(
+            f"{path}, row {row}, column {TIME_COLUMN}: {time[row - 2]} s does not follow "
+            f"{time[row - 3]} s. Sort the rows by time and remove repeated ones."
+        )
+
+
+def _check_degrees(path: Path, angles: Array) -> None:
+    # Radians stay within one turn, 2 pi. In degrees that would mean all joints within 6.3 deg of
+    # zero, scapula parallel to clavicle included, where no shoulder can be (AC_y is 33 to 69 deg).
+    if np.abs(angles).max() <= 2.0 * np.pi:
+        raise DataError(
+            f"{path}: all angles are within +-{np.abs(angles).max():.2f}, so these are radians; "
+            "expected degrees. Multiply the angle columns by 180/pi."
+        )
+    beyond = np.argwhere(np.abs(angles) > 360.0)
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{path}, row {i + 2}, column {ANGLE_COLUMNS[k]}: {angles[i, k]} deg is beyond one "
+            "turn. Check the unit, or subtract full turns."
+        )
+
+
+def list_participants(directory: Path) -> tuple[str, ...]:
+    """Names of the participants in a directory: its folders with a participant.yaml."""
+    return tuple(sorted(path.parent.name for path in directory.glob("*/participant.yaml")))
+
+
+def read_participant(directory: Path, name: str) -> Participant:
+    """Read and validate a participant with all recorded motions.
+
+    Parameters
+    ----------
+    directory : Path                 folder of all participants, e.g. config/participants
+    name : str                       the participant's own folder in it
+
+    Raises
+    ------
+    ConfigError                      unknown participant, or participant.yaml is wrong
+    DataError                        a recorded motion cannot be used
+    """
+    path = directory / name / "participant.yaml"
+    if not path.is_file():
+        raise ConfigError(
+            f"participant '{name}': no {path}. Choose from "
+            f"{', '.join(list_participants(directory)) or 'none'}, or add the file."
+        )
+    document = _read_document(path)
+    if document["id"] != name:
+        raise ConfigError(f"{path}, id: '{document['id']}'; expected '{name}' as the folder.")
+    ellipsoid = document.get("published_thorax_ellipsoid")
+    return Participant(
+        name=name,
+        side=document["side"],
+        sex=document["sex"],
+        height_m=document["height_m"],
+        body_mass_kg=document["body_mass_kg"],
+        gravity_mps2=tuple(document["gravity_in_thorax_mps2"]),
+        scale={segment: tuple(factors) for segment, factors in document["scale"].items()},
+        published_total_mass_kg=document["mass"]["published_total_kg"],
+        preserve_mass_distribution=document["mass"]["preserve_mass_distribution"],
+        thorax_ellipsoid=ellipsoid and Ellipsoid(**{k: tuple(v) for k, v in ellipsoid.items()}),
+        trials={key: _trial(path.parent, key, entry) for key, entry in document["trials"].items()},
+        predictions={
+            condition: path.parent / file
+            for condition, file in document.get("published_predictions", {}).items()
+        },
+    )
+
+
+def _read_document(path: Path) -> dict[str, Any]:
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{path}: not valid YAML: {error}. Correct the line named.") from error
+    error = best_match(Draft202012Validator(PARTICIPANT_SCHEMA).iter_errors(document))
+    if error is not None:
+        place = ".".join(str(part) for part in error.absolute_path) or "top level"
+        hint = error.schema.get("description", "see the comments in the other participants' files")
+        raise ConfigError(f"{path}, {place}: {error.message}; expected: {hint}. Correct the entry.")
+    return document
+
+
+def _trial(folder: Path, name: str, entry: Mapping[str, Any]) -> Trial:
+    published = entry["published"]
+    return Trial(
+        name=name,
+        file=folder / entry["file"],
+        motion=read_motion(folder / entry["file"]),
+        hand_load_kg=float(entry["hand_load_kg"]),
+        published_file=folder / published if published else None,
+    )

@@ -1,9 +1,13 @@
 """Fixtures and collection rules for all tests."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import hypothesis
 import pytest
+
+from scapulohumeral import provenance
+from scapulohumeral.errors import ConfigError
 
 # The same examples in every run; no deadline, because symbolic code compiles on first use.
 hypothesis.settings.register_profile("study", derandomize=True, deadline=None)
@@ -27,3 +31,20 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def repository() -> Path:
     """Top folder of the checkout."""
     return Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def code_behind() -> Callable[[Path], set[Path]]:
+    """Function that gives the source files of the package which a script or test file loads."""
+
+    def code_behind(path: Path) -> set[Path]:
+        files: set[Path] = set()
+        for name in provenance.imported_names(path, path.stem):
+            if name.split(".")[0] == "scapulohumeral":
+                try:
+                    files.update(provenance.code_of(name))
+                except ConfigError:  # the name of a function or class: its module counts
+                    files.update(provenance.code_of(name.rpartition(".")[0]))
+        return files
+
+    return code_behind

@@ -1,7 +1,7 @@
 """Rules for the whole tree that no single test sees."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -44,7 +44,7 @@ def test_no_reminders_left_behind(repository: Path) -> None:
     assert not findings(REMINDER, repository)
 
 
-def external_packages(paths: list[Path]) -> set[str]:
+def external_packages(paths: Iterable[Path]) -> set[str]:
     """Top-level names that the given source files import."""
     return {
         name.split(".")[0]
@@ -67,21 +67,8 @@ def test_no_module_loads_opensim_and_casadi(path: Path) -> None:
 @pytest.mark.parametrize(
     "path", sorted(Path(__file__).parents[1].rglob("test_*.py")), ids=lambda path: path.name
 )
-def test_files_that_load_opensim_are_marked(path: Path) -> None:
-    names = list(provenance.imported_names(path, path.stem))
-    ours = [module for name in names if (module := own_module(name))]
-    loaded = [path, *(file for module in ours for file in provenance.code_of(module))]
-    if "opensim" in external_packages(loaded):
+def test_files_that_load_opensim_are_marked(
+    path: Path, code_behind: Callable[[Path], set[Path]]
+) -> None:
+    if "opensim" in external_packages([path, *code_behind(path)]):
         assert "pytest.mark.opensim" in path.read_text(encoding="utf-8")
-
-
-def own_module(name: str) -> str | None:
-    """Longest part of an imported name that is a module of this package."""
-    parts = name.split(".")
-    if parts[0] != "scapulohumeral":
-        return None
-    for count in range(len(parts), 0, -1):
-        stem = provenance.SOURCE_ROOT.joinpath(*parts[:count])
-        if stem.with_suffix(".py").is_file() or (stem / "__init__.py").is_file():
-            return ".".join(parts[:count])
-    return None

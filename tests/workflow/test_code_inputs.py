@@ -1,0 +1,31 @@
+"""Every rule with a script names all source files of the package that its script loads."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from scapulohumeral import provenance
+
+pytestmark = pytest.mark.workflow
+
+RULE = re.compile(r"^rule (\w+):\n((?:[ \t].*\n|\n)*)", re.MULTILINE)
+
+
+def rules_with_script() -> dict[str, str]:
+    """Text of each rule that runs a script."""
+    folder = Path(__file__).parents[2] / "workflow/rules"
+    text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.smk")))
+    return {name: body for name, body in RULE.findall(text) if "script:" in body}
+
+
+@pytest.mark.parametrize("name", rules_with_script())
+def test_rule_watches_the_code_of_its_script(
+    name: str, repository: Path, code_behind: Callable[[Path], set[Path]]
+) -> None:
+    body = rules_with_script()[name]
+    assert f"../scripts/{name}.py" in body
+    modules = re.findall(r'"(scapulohumeral\.[\w.]+)"', body)
+    watched = {path for module in modules for path in provenance.code_of(module)}
+    assert code_behind(repository / "workflow/scripts" / f"{name}.py") <= watched

@@ -1,0 +1,102 @@
+"""The workflow is complete, well formed, and refuses a wrong configuration before it runs."""
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+pytestmark = pytest.mark.workflow
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def snakemake(repository: Path) -> Run:
+    """Run Snakemake in the repository; returns the finished process with its output as text."""
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            ["snakemake", *arguments],
+            cwd=repository,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("profile", "arguments"),
+    [("default", ()), ("quick", ("--configfile", "config/quick.yaml"))],
+)
+def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str, ...]) -> None:
+    """Every file of the study has a rule, and its inputs are there."""
+    result = snakemake(
+        "--dry-run", "--forceall", "--workflow-profile", f"workflow/profiles/{profile}", *arguments
+    )
+    assert result.returncode == 0, result.stdout
+    for rule in ("build_participant_model", "solve_tracking", "render_report", "test_results"):
+        assert rule in result.stdout
+
+
+def test_lint_finds_nothing(snakemake: Run) -> None:
+    result = snakemake("--lint")
+    assert result.returncode == 0, result.stdout
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "named"),
+    [
+        ("geometry", "posees", 1500, "posees"),
+        ("geometry", "poses", -1, "poses"),
+        ("solve", "hessian", "exactly", "hessian"),
+        ("solve", "tolerance", "1e-6", "tolerance"),
+        (None, "planes", ["frontal", "frontal"], "planes"),
+        (None, "plane", ["frontal"], "plane"),
+        (None, "participants", ["par9"], "participants: [par1, par2, par3]"),
+    ],
+)
+def test_wrong_value_is_refused(
+    snakemake: Run,
+    repository: Path,
+    tmp_path: Path,
+    section: str | None,
+    key: str,
+    value: object,
+    named: str,
+) -> None:
+    """A typo, a value out of range or an unknown name stops the run and is named."""
+    result = snakemake(
+        "--dry-run", "--configfile", changed_config(repository, tmp_path, section, key, value)
+    )
+    assert result.returncode != 0
+    assert named in result.stdout
+
+
+@pytest.mark.parametrize(("section", "key"), [(None, "masses"), ("solve", "tolerance")])
+def test_missing_key_is_refused(
+    snakemake: Run, repository: Path, tmp_path: Path, section: str | None, key: str
+) -> None:
+    """`--replace-workflow-config` keeps the missing key from being filled from config.yaml."""
+    path = changed_config(repository, tmp_path, section, key, None)
+    result = snakemake("--dry-run", "--replace-workflow-config", "--configfile", path)
+    assert result.returncode != 0
+    assert f"'{key}' is a required property" in result.stdout
+
+
+def changed_config(
+    repository: Path, folder: Path, section: str | None, key: str, value: object
+) -> str:
+    """Write the full configuration with one value replaced, or removed if it is None."""
+    config = yaml.safe_load((repository / "config/config.yaml").read_text(encoding="utf-8"))
+    place = config if section is None else config[section]
+    place.pop(key, None)
+    if value is not None:
+        place[key] = value
+    path = folder / "config.yaml"
+    path.write_text(yaml.safe_dump(config), encoding="utf-8")
+    return str(path)

@@ -1,5 +1,6 @@
 """Fixtures and collection rules for all tests."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,9 +23,20 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """
     if not collection_path.match("test_*.py"):
         return None
-    uses_opensim = "pytest.mark.opensim" in collection_path.read_text(encoding="utf-8")
     wants_opensim = config.option.markexpr == "opensim"
-    return True if uses_opensim != wants_opensim else None
+    return True if is_opensim_test(collection_path) != wants_opensim else None
+
+
+def is_opensim_test(path: Path) -> bool:
+    """Whether a test file, or one of its tests, carries the mark `opensim`."""
+    text = path.read_text(encoding="utf-8")
+    return re.search(r"^(?:pytestmark\b.*|\s*@)pytest\.mark\.opensim", text, re.M) is not None
+
+
+@pytest.fixture(scope="session", name="is_opensim_test")
+def is_opensim_test_fixture() -> Callable[[Path], bool]:
+    """The function of the same name."""
+    return is_opensim_test
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,6 @@
 """Rules for the whole tree that no single test sees."""
 
+import ast
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -16,6 +17,14 @@ CHECKED_SUFFIXES = (
 )  # fmt: skip
 MACHINE_PATH = re.compile(r"(?<![\w.}])/(?:home|root|tmp|mnt|opt|work|Users)/|[A-Z]:\\\\")
 REMINDER = re.compile(r"\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b")
+
+MODULES = sorted(provenance.SOURCE_ROOT.joinpath("scapulohumeral").rglob("*.py"))
+
+
+def module_name(path: Path) -> str:
+    """Dotted name of a source file."""
+    parts = path.relative_to(provenance.SOURCE_ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 def text_files(repository: Path) -> Iterator[Path]:
@@ -44,6 +53,28 @@ def test_no_reminders_left_behind(repository: Path) -> None:
     assert not findings(REMINDER, repository)
 
 
+def public_functions(path: Path) -> Iterator[ast.FunctionDef]:
+    """Functions of a module and methods of its classes whose names do not start with `_`."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    for scope in [tree, *(node for node in classes if not node.name.startswith("_"))]:
+        for node in scope.body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                yield node
+
+
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
+def test_public_functions_are_typed_and_documented(path: Path) -> None:
+    for function in public_functions(path):
+        arguments = [*function.args.args, *function.args.kwonlyargs]
+        untyped = [
+            a.arg for a in arguments if a.annotation is None and a.arg not in ("self", "cls")
+        ]
+        assert not untyped, f"{function.name}: no type for {untyped}"
+        assert function.returns is not None, f"{function.name}: no return type"
+        assert ast.get_docstring(function), f"{function.name}: no docstring"
+
+
 def external_packages(paths: Iterable[Path]) -> set[str]:
     """Top-level names that the given source files import."""
     return {
@@ -53,13 +84,9 @@ def external_packages(paths: Iterable[Path]) -> set[str]:
     }
 
 
-@pytest.mark.parametrize(
-    "path", sorted(provenance.SOURCE_ROOT.joinpath("scapulohumeral").rglob("*.py")), ids=str
-)
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
 def test_no_module_loads_opensim_and_casadi(path: Path) -> None:
-    parts = path.relative_to(provenance.SOURCE_ROOT).with_suffix("").parts
-    module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-    packages = external_packages(provenance.code_of(module))
+    packages = external_packages(provenance.code_of(module_name(path)))
     solvers = packages & {"casadi", "cyipopt"}  # cyipopt loads the IPOPT of the casadi wheel
     assert not ("opensim" in packages and solvers), "move one of the two into a rule of its own"
 
@@ -68,7 +95,9 @@ def test_no_module_loads_opensim_and_casadi(path: Path) -> None:
     "path", sorted(Path(__file__).parents[1].rglob("test_*.py")), ids=lambda path: path.name
 )
 def test_files_that_load_opensim_are_marked(
-    path: Path, code_behind: Callable[[Path], set[Path]]
+    path: Path,
+    code_behind: Callable[[Path], set[Path]],
+    is_opensim_test: Callable[[Path], bool],
 ) -> None:
-    if "opensim" in external_packages([path, *code_behind(path)]):
-        assert "pytest.mark.opensim" in path.read_text(encoding="utf-8")
+    """Unmarked, they would be imported into a process that has casadi."""
+    assert is_opensim_test(path) == ("opensim" in external_packages([path, *code_behind(path)]))

@@ -64,7 +64,7 @@ format: $(environment) ## Format all files
 	snakefmt Snakefile workflow
 
 lock: $(environment) ## Pin all packages of pyproject.toml in environment.lock
-	PKG_CONFIG_PATH=.venv/lib/pkgconfig CUSTOM_COMPILE_COMMAND="make lock" \
+	PKG_CONFIG_PATH="$(CURDIR)/.venv/lib/pkgconfig" CUSTOM_COMPILE_COMMAND="make lock" \
 	pip-compile --quiet --generate-hashes --all-extras --allow-unsafe --strip-extras \
 	    --no-build-isolation --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
 	    --output-file environment.lock pyproject.toml

@@ -18,8 +18,8 @@ def main() -> None:
     ]
     print(f"{'time [s]':>10} {'memory [MB]':>12}  job")
     for job, row in sorted(rows, key=lambda pair: -pair[1]["s"]):
-        # Snakemake measures no memory of jobs shorter than its first sample.
-        memory = "-" if row["max_rss"] is None else f"{row['max_rss']:.0f}"
+        # Jobs shorter than Snakemake's first sample have no memory: it writes the text "NA".
+        memory = row["max_rss"] if isinstance(row["max_rss"], str) else f"{row['max_rss']:.0f}"
         print(f"{row['s']:10.1f} {memory:>12}  {job}")
 
 

@@ -18,6 +18,7 @@ import opensim
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.opensim_sampling import muscle_lengths
 from scapulohumeral.model.participant import Participant
+from scapulohumeral.model.pose_region import recorded_poses
 from scapulohumeral.model.tables import (
     GROUND,
     Coordinate,
@@ -26,6 +27,7 @@ from scapulohumeral.model.tables import (
     Muscle,
     WrapObject,
 )
+from scapulohumeral.model.thorax_clearance import attachment_levels
 
 Masses = Literal["published", "anthropometric"]
 
@@ -71,6 +73,7 @@ def participant_model(
     if masses == "anthropometric":
         set_anthropometric_masses(model, participant, tables)
     lock_pronation(model, np.deg2rad(tables.constants["forearm"]["pronation_deg"]))
+    shrink_thorax_surfaces(model, participant, tables)
     lengthen_fibres(model, participant, tables)
     model.setGravity(_vec3(participant.gravity_mps2))
     model.setName(participant.name)
@@ -261,6 +264,24 @@ def lock_pronation(model: opensim.Model, angle_rad: float) -> None:
     coordinate = model.updCoordinateSet().get(PRONATION)
     coordinate.setDefaultValue(float(angle_rad))
     coordinate.setDefaultLocked(True)
+
+
+def shrink_thorax_surfaces(
+    model: opensim.Model, participant: Participant, tables: ModelTables
+) -> None:
+    """Shrink thorax ellipsoids until the attachments of their muscles stay outside when recorded.
+
+    Applies to the surfaces that muscles wrap over; uniformly about the centre; clearance and reason
+    are in constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size.
+    """
+    clearance = tables.constants["wrap_clearance"]["min_level"]
+    record = model_record(model, participant, tables, "published")
+    levels = attachment_levels(record, recorded_poses(participant))
+    for name, level in levels.items():
+        factor = np.sqrt(min(1.0, (1.0 + level.min()) / (1.0 + clearance)))
+        surface = model.updBodySet().get("thorax").upd_WrapObjectSet().get(name)
+        ellipsoid = opensim.WrapEllipsoid.safeDownCast(surface)
+        ellipsoid.set_dimensions(_vec3(factor * np.array(_list3(ellipsoid.get_dimensions()))))
 
 
 def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:

@@ -5,6 +5,8 @@ Letters: F recorded frames, P drawn poses. A pose has the thirteen numbers of ``
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scapulohumeral.errors import ConfigError
@@ -16,6 +18,13 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 
+# Below this share of accepted draws the margin asks for poses that no shoulder takes.
+FEWEST_ACCEPTED = 0.05
+
+
+def _all(poses: Array) -> np.ndarray:
+    return np.ones(len(poses), bool)
+
 
 def recorded_poses(participant: Participant) -> Array:
     """Poses of all frames of all trials of a participant, shape (F, 13)."""
@@ -24,7 +33,13 @@ def recorded_poses(participant: Participant) -> Array:
     )
 
 
-def draw_poses(recorded: Array, margin_deg: float, count: int, rng: np.random.Generator) -> Array:
+def draw_poses(
+    recorded: Array,
+    margin_deg: float,
+    count: int,
+    rng: np.random.Generator,
+    accept: Callable[[Array], np.ndarray] = _all,
+) -> Array:
     """Poses near recorded ones: each joint turned from its recorded orientation at random.
 
     Parameters
@@ -34,6 +49,8 @@ def draw_poses(recorded: Array, margin_deg: float, count: int, rng: np.random.Ge
                                      uniform in a ball), and of the elbow (uniform in an interval)
     count : int                      P
     rng : numpy Generator            seeded by the caller, so that draws can be repeated
+    accept : function                poses (P, 13) -> boolean (P,); refused ones are drawn again,
+                                     e.g. those with the scapula deep in the thorax
 
     Returns
     -------
@@ -41,12 +58,24 @@ def draw_poses(recorded: Array, margin_deg: float, count: int, rng: np.random.Ge
 
     Raises
     ------
-    ConfigError                      if the margin is not between 0 and 90 degrees
+    ConfigError                      if the margin is not between 0 and 90 degrees, or so large that
+                                     fewer than FEWEST_ACCEPTED of the draws pass
     """
     if not 0.0 <= margin_deg <= 90.0:
         raise ConfigError(f"margin {margin_deg} deg; expected 0 to 90. Recommended: 15.")
-    recorded = np.asarray(recorded, float)
-    margin = np.deg2rad(margin_deg)
+    drawn: list[Array] = []
+    while sum(len(poses) for poses in drawn) < count:
+        poses = _perturbed(np.asarray(recorded, float), np.deg2rad(margin_deg), count, rng)
+        drawn.append(poses[accept(poses)])
+        if len(drawn[-1]) < FEWEST_ACCEPTED * count:
+            raise ConfigError(
+                f"margin {margin_deg} deg: {len(drawn[-1])} of {count} drawn poses are possible; "
+                f"expected {FEWEST_ACCEPTED:.0%} or more. Choose a smaller margin."
+            )
+    return np.concatenate(drawn)[:count]
+
+
+def _perturbed(recorded: Array, margin: float, count: int, rng: np.random.Generator) -> Array:
     poses = recorded[rng.integers(len(recorded), size=count)]
     for start in (0, 4, 8):
         turn = rotation_vector_to_quaternion(margin * _uniform_in_ball(count, rng))

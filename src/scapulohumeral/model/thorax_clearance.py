@@ -1,0 +1,76 @@
+"""How far muscle attachments stay outside the thorax surfaces that their muscles wrap over.
+
+OpenSim stops wrapping as soon as an attachment is inside the surface: the path then runs straight
+through the thorax and its length jumps by centimetres. Geometry is smooth only where every
+attachment is outside. The measure is the level set of the ellipsoid, sum(((x - c) / a)^2) - 1:
+positive outside, zero on the surface, -1 at the centre.
+
+Letters: P poses of thirteen numbers, as in ``rotations``; `record` is a model record, "model/1".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.model.rotations import Array, quaternion_to_matrix
+
+Frame = tuple[Array, Array]
+
+
+def segment_frames(record: Mapping[str, Any], poses: Array) -> dict[str, Frame]:
+    """Where thorax, clavicle, scapula and humerus are, in thorax axes.
+
+    Returns
+    -------
+    dict                             segment -> (origin (P, 3) [m], rotation matrix (P, 3, 3))
+    """
+    joints = record["joints"]
+    origin, matrix = np.zeros((len(poses), 3)), np.tile(np.eye(3), (len(poses), 1, 1))
+    frames = {"thorax": (origin, matrix)}
+    chain = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
+    for joint, segment, start in chain:
+        origin = origin + matrix @ np.array(joints[joint]["location_m"])
+        matrix = matrix @ quaternion_to_matrix(poses[:, start : start + 4])
+        frames[segment] = (origin, matrix)
+    return frames
+
+
+def attachment_levels(record: Mapping[str, Any], poses: Array) -> dict[str, Array]:
+    """Lowest level of the moving attachments of its muscles, for each ellipsoid of the thorax.
+
+    Attachments on the thorax itself are left out: they do not move, and lie on the surface.
+
+    Parameters
+    ----------
+    record : model record
+    poses : array, shape (P, 13)
+
+    Returns
+    -------
+    dict                             wrap object -> array (P,); only objects that muscles use
+    """
+    frames = segment_frames(record, poses)
+    surfaces = {w["name"]: w for w in record["wrap_objects"] if w["body"] == "thorax"}
+    levels: dict[str, Array] = {}
+    for muscle in record["muscles"]:
+        for name in surfaces.keys() & set(muscle["wraps"]):
+            for point in muscle["points"]:
+                if point["body"] != "thorax":
+                    level = _level(surfaces[name], frames[point["body"]], point["location_m"])
+                    levels[name] = np.minimum(levels.get(name, level), level)
+    return levels
+
+
+def _level(surface: Mapping[str, Any], frame: Frame, location: list[float]) -> Array:
+    origin, matrix = frame
+    position = origin + matrix @ np.array(location)
+    offset = (position - surface["translation_m"]) / surface["dimensions_m"]
+    return np.sum(offset**2, axis=1) - 1.0
+
+
+def is_clear(record: Mapping[str, Any], poses: Array) -> np.ndarray:
+    """Whether all attachments are outside the surfaces of the thorax, boolean array (P,)."""
+    return np.all([level > 0.0 for level in attachment_levels(record, poses).values()], axis=0)

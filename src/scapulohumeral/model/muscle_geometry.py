@@ -60,14 +60,21 @@ class FitSettings:
 
     Attributes
     ----------
-    rmse_change : selection ends when a further term lowers the RMSE by less than this share
+    rmse_change : selection ends when the last ``batch`` terms lowered the RMSE by less than this
+        share (the paper's 3 %, stricter than there because it counts ten terms together)
+    batch : number of terms that are judged together
     max_terms : largest number of terms per function
     max_condition : terms that would raise the condition number beyond this are left out
+    jump_m, jump_spread : a length further than both jump_m and jump_spread times the typical
+        (median) misfit from the polynomial lies on another branch of OpenSim's wrapping
     """
 
     rmse_change: float = 0.03
-    max_terms: int = 40
+    batch: int = 10
+    max_terms: int = 210
     max_condition: float = 1e7
+    jump_m: float = 0.006
+    jump_spread: float = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +87,7 @@ class FitSamples:
     length_gradient : (P, M, 10) dL/d(rotations behind the speeds) [m/rad]
     rate_map : (P, V, 10) d variables / d(rotations behind the speeds)
     translation : (P, M, 3) dL/d(translation of the humeral head)
+    smooth : (P, M) bool, False where OpenSim's wrapping jumps within the difference steps
     """
 
     variables: Array
@@ -87,6 +95,7 @@ class FitSamples:
     length_gradient: Array
     rate_map: Array
     translation: Array
+    smooth: Array
 
 
 def crossed_joints(muscle: dict) -> tuple[str, ...]:
@@ -128,8 +137,8 @@ def monomial_gradients(exponents: Array, variables: Array) -> Array:
 def select_terms(design: Array, target: Array, settings: FitSettings) -> tuple[Array, Array]:
     """Forward selection of columns (orthogonal least squares) on the normal equations.
 
-    Columns are added in the order of the error they remove; the rule of the paper ends it: the
-    RMSE changes by less than ``rmse_change``. The first column (the constant) is always used.
+    Columns are added in the order of the error they remove, until the RMSE hardly changes. The
+    first column, the constant, is always used.
 
     Returns indices of the chosen columns and their coefficients.
     """
@@ -137,10 +146,10 @@ def select_terms(design: Array, target: Array, settings: FitSettings) -> tuple[A
     scale[scale == 0] = np.inf
     scaled = design / scale
     gram, right = scaled.T @ scaled, scaled.T @ target
-    total = float(target @ target)
     chosen: list[int] = []
+    errors: list[float] = []
     residual_gram, residual_right = gram.copy(), right.copy()
-    error = total
+    error = float(target @ target)
     while len(chosen) < min(settings.max_terms, design.shape[1]):
         pivot = np.diagonal(residual_gram).copy()
         usable = pivot > 1.0 / settings.max_condition
@@ -149,28 +158,68 @@ def select_terms(design: Array, target: Array, settings: FitSettings) -> tuple[A
         best = 0 if not chosen else int(np.argmax(gain))
         if not usable[best]:
             break
-        remaining = max(error - gain[best], 0.0)
-        if len(chosen) > 1 and np.sqrt(remaining) > (1 - settings.rmse_change) * np.sqrt(error):
-            break
+        error = max(error - gain[best], 0.0)
+        errors.append(np.sqrt(error))
         column = residual_gram[:, best] / pivot[best]
         residual_right = residual_right - column * residual_right[best]
         residual_gram = residual_gram - np.outer(column, residual_gram[best])
         chosen.append(best)
-        error = remaining
+        earlier = errors[max(len(errors) - 1 - settings.batch, 0)]
+        if len(errors) > settings.batch and errors[-1] > (1 - settings.rmse_change) * earlier:
+            break
     index = np.array(chosen, dtype=int)
     coefficients = np.linalg.lstsq(scaled[:, index], target, rcond=None)[0]
     return index, coefficients / scale[index]
 
 
-def fit_polynomial(samples: FitSamples, muscle: int, variables: tuple[int, ...],
-                   settings: FitSettings) -> tuple[Array, Array]:
-    """Exponents (n, V) and coefficients (n,) of one muscle's length polynomial."""
+def fit_polynomial(
+    samples: FitSamples, muscle: int, variables: tuple[int, ...], settings: FitSettings
+) -> tuple[Array, Array]:
+    """Exponents (n, V) and coefficients (n,) of one muscle's length polynomial.
+
+    OpenSim's wrapping sometimes jumps to another branch (a point inside an ellipsoid, a path on
+    the wrong side). Such samples are recognised by :func:`on_one_branch` and left out.
+    """
+    keep = on_one_branch(samples, muscle, None, settings)
     exponents = candidate_exponents(variables)
+    for _ in range(4):
+        chosen, coefficients = _fit_terms(samples, keep, muscle, variables, exponents, settings)
+        predicted = monomial_values(chosen, samples.variables) @ coefficients
+        better = on_one_branch(samples, muscle, predicted, settings)
+        if np.array_equal(better, keep):
+            break
+        keep = better
+    return chosen, coefficients
+
+
+def on_one_branch(
+    samples: FitSamples, muscle: int, predicted: Array | None, settings: FitSettings
+) -> Array:
+    """Poses (P,) whose sampled length belongs to the smooth branch of the muscle's path."""
+    keep = samples.smooth[:, muscle].copy()
+    if predicted is not None:
+        misfit = np.abs(predicted - samples.length[:, muscle])
+        limit = max(settings.jump_m, settings.jump_spread * float(np.median(misfit)))
+        keep &= misfit < limit
+    return keep
+
+
+def _fit_terms(samples, keep, muscle, variables, exponents, settings) -> tuple[Array, Array]:
+    samples = FitSamples(
+        samples.variables[keep],
+        samples.length[keep],
+        samples.length_gradient[keep],
+        samples.rate_map[keep],
+        samples.translation[keep],
+        samples.smooth[keep],
+    )
     values = monomial_values(exponents, samples.variables)
     gradients = monomial_gradients(exponents, samples.variables)
     speeds = np.flatnonzero(np.abs(samples.rate_map[:, variables, :]).max(axis=(0, 1)) > 0)
     slopes = np.einsum(
-        "pbv,pvk->pkb", gradients[:, :, variables], samples.rate_map[:, variables][:, :, speeds],
+        "pbv,pvk->pkb",
+        gradients[:, :, variables],
+        samples.rate_map[:, variables][:, :, speeds],
         optimize=True,
     )
     design = np.vstack([values, slopes.reshape(-1, len(exponents))])
@@ -181,12 +230,19 @@ def fit_polynomial(samples: FitSamples, muscle: int, variables: tuple[int, ...],
     return exponents[index], coefficients
 
 
-def fit_translation(samples: FitSamples, muscle: int, axis: int, variables: tuple[int, ...],
-                    settings: FitSettings) -> tuple[Array, Array]:
-    """Exponents and coefficients of one component of dL/dt."""
+def fit_translation(
+    samples: FitSamples,
+    keep: Array,
+    muscle: int,
+    axis: int,
+    variables: tuple[int, ...],
+    settings: FitSettings,
+) -> tuple[Array, Array]:
+    """Exponents and coefficients of one component of dL/dt, a direction cosine."""
+    target = samples.translation[:, muscle, axis]
     exponents = candidate_exponents(variables)
-    design = monomial_values(exponents, samples.variables)
-    index, coefficients = select_terms(design, samples.translation[:, muscle, axis], settings)
+    design = monomial_values(exponents, samples.variables[keep])
+    index, coefficients = select_terms(design, target[keep], settings)
     return exponents[index], coefficients
 
 
@@ -250,8 +306,11 @@ def fit_geometry(record: dict, samples: FitSamples, settings: FitSettings) -> Mu
         variables = tuple(v for j in joints for v in JOINT_VARIABLES[j])
         fits = [(-1, fit_polynomial(samples, m, variables, settings))]
         if "GH" in joints:
+            predicted = monomial_values(fits[0][1][0], samples.variables) @ fits[0][1][1]
+            keep = on_one_branch(samples, m, predicted, settings)
             fits += [
-                (axis, fit_translation(samples, m, axis, variables, settings)) for axis in range(3)
+                (axis, fit_translation(samples, keep, m, axis, variables, settings))
+                for axis in range(3)
             ]
         for axis, (exponents, coefficients) in fits:
             for row, c in zip(exponents.tolist(), coefficients.tolist(), strict=True):

@@ -322,7 +322,9 @@ def _read_constants(path: Path) -> tuple[dict[str, dict[str, Any]], dict[str, st
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, yaml.YAMLError) as error:
         raise ModelError(f"{path}: cannot be read ({error}). Restore the file.") from error
-    excluded = document.pop("excluded_muscles")
+    excluded = document.pop("excluded_muscles", None)
+    if excluded is None:
+        raise ModelError(f"{path}: no excluded_muscles. Add the key; an empty {{}} excludes none.")
     constants: dict[str, dict[str, Any]] = {}
     for section, entries in document.items():
         for name, entry in entries.items():

@@ -1,0 +1,1 @@
+"""Equations of motion: derived with SymPy Mechanics, evaluated with exact derivatives."""

@@ -1,0 +1,297 @@
+"""Generalised forces of all muscles with exact first and second derivatives.
+
+A muscle of tension F pulls with the generalised force -F dL/dx, where x are the ten rotations
+behind the speeds (dL/dx = T(q)^T dL/dq) and the three virtual translations of the humeral head
+(dL/dt), so that its moment arms and its force on the glenohumeral joint come from one function.
+
+Letters: N nodes, M muscles, Nq coordinates, Nu = 10 speeds, K = 13 equations, F features,
+X = Nq + Nu.
+
+The Hessian rests on one observation: multipliers . force = -sum_m F_m W_m, where
+W_m = dL_m/dq . T(q) lambda_u + dL_m/dt . lambda_t is the lengthening velocity that the multipliers
+would cause, exactly as V_m is the one that the speeds cause. Four scalars per muscle, all linear
+in the features, carry every derivative: y (length or squared length), its rates along both
+motions, and its rate along the translation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from scapulohumeral.dynamics.compiled import CompiledDynamics
+from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
+from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
+from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_geometry import MuscleGeometry
+
+
+@dataclass(frozen=True)
+class _State:
+    """Quantities of one evaluation point, shared by forces and derivatives."""
+
+    q: np.ndarray
+    rate_map: np.ndarray
+    feature: np.ndarray
+    gradient: np.ndarray
+    y_q: np.ndarray
+    t_value: np.ndarray
+    links: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    kappa: tuple[np.ndarray, np.ndarray, np.ndarray]
+    y_rate: np.ndarray
+    length: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class MuscleForces:
+    """Muscle forces of one participant in one formulation."""
+
+    dynamics: CompiledDynamics
+    geometry: MuscleGeometry
+
+    @cached_property
+    def features(self) -> PathFeatures:
+        """The features behind all lengths."""
+        return PathFeatures(MonomialFeatures(self.geometry.exponents), self.dynamics)
+
+    def lengths(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Muscle-tendon lengths [m] and lengthening velocities [m/s], each (N, M)."""
+        state = self._state(q, u)
+        return state.length, state.velocity
+
+    def gradients(self, q: np.ndarray) -> np.ndarray:
+        """dL/dx, shape (N, M, 13): rotations behind the speeds [m/rad], then translations [1]."""
+        return self._arms(self._state(q, np.zeros((len(q), 10))))
+
+    def tension(self, q, u, activation, muscles: MuscleParameters) -> np.ndarray:
+        """Muscle force, shape (N, M) [N], for activation (N, M)."""
+        state = self._state(q, u)
+        force = force_derivatives(state.length, state.velocity, muscles)
+        return force.active * activation + force.passive
+
+    def generalised(self, q, u, activation, muscles: MuscleParameters) -> np.ndarray:
+        """Generalised muscle forces, shape (N, K) [N m, last three N]."""
+        state = self._state(q, u)
+        force = force_derivatives(state.length, state.velocity, muscles)
+        tension = force.active * activation + force.passive
+        return -np.einsum("nm,nmk->nk", tension, self._arms(state))
+
+    def jacobian(
+        self, q, u, activation, muscles: MuscleParameters
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Generalised forces and their derivatives.
+
+        Returns (N, K); d/d(q, u) (N, K, X); d/d activation (N, K, M).
+        """
+        s = self._state(q, u)
+        force = force_derivatives(s.length, s.velocity, muscles)
+        tension = force.active * activation + force.passive
+        f_l = force.active_l * activation + force.passive_l
+        f_v = force.active_v * activation
+        arms = self._arms(s)
+        n, nq = q.shape
+        length_x = np.concatenate(
+            [s.links[1][..., None] * s.y_q, np.zeros((n, arms.shape[1], 10))], axis=2
+        )
+        rate_x = self._rate_gradient(s, u)
+        velocity_x = s.links[1][..., None] * rate_x
+        velocity_x[:, :, :nq] += (s.links[2] * s.y_rate)[..., None] * s.y_q
+        force_x = f_l[..., None] * length_x + f_v[..., None] * velocity_x
+        d_x = -np.matmul(arms.transpose(0, 2, 1), force_x)
+        d_x[:, :, :nq] -= self._arm_derivative(s, tension)
+        return (
+            -np.einsum("nm,nmk->nk", tension, arms),
+            d_x,
+            -(force.active[..., None] * arms).transpose(0, 2, 1),
+        )
+
+    def hessian(
+        self, q, u, activation, multipliers, muscles: MuscleParameters
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Second derivatives of multipliers . generalised forces, multipliers (N, K).
+
+        Returns d2/d(q, u)2, shape (N, X, X), and d2/d(q, u) d activation, shape (N, X, M).
+        """
+        s = self._state(q, u)
+        ghost = np.einsum("nij,nj->ni", s.rate_map, multipliers[:, :10])
+        ghost_rate = np.einsum("nmi,ni->nm", s.y_q, ghost)
+        delta = np.einsum("nk,nmk->nm", multipliers[:, 10:], s.t_value)
+        gradient, mixed, second = self._scalar_derivatives(
+            s, activation, ghost_rate, delta, muscles
+        )
+        vectors = self._scalar_gradients(s, u, ghost, multipliers)
+        n, m, _, x = vectors.shape
+        weighted = np.einsum("nmkl,nmlx->nmkx", second, vectors).reshape(n, 4 * m, x)
+        h = np.matmul(vectors.reshape(n, 4 * m, x).transpose(0, 2, 1), weighted)
+        h += self._feature_curvature(s, u, ghost, multipliers, gradient)
+        h_a = np.einsum("nmk,nmkx->nxm", mixed, vectors)
+        return h, h_a
+
+    @cached_property
+    def _length(self) -> sparse.csr_matrix:
+        """Coefficients C of the lengths, (M, F)."""
+        return sparse.csr_matrix(self.geometry.length)
+
+    @cached_property
+    def _translation(self) -> sparse.csr_matrix:
+        """Coefficients D of the translation derivatives, (3 M, F), axis by axis."""
+        return sparse.csr_matrix(self.geometry.translation.reshape(-1, self._length.shape[1]))
+
+    def _translation_gradient(self, s: _State) -> np.ndarray:
+        """Gradients of D f, shape (N, 3, M, Nq)."""
+        flat = _contract(self._translation, s.gradient)
+        return flat.reshape(len(flat), 3, -1, flat.shape[2])
+
+    def _state(self, q: np.ndarray, u: np.ndarray) -> _State:
+        feature, gradient = self.features.first(q)
+        g = self.geometry
+        y = feature @ self._length.T
+        if np.any(y <= 0):
+            node, muscle = np.unravel_index(int(np.argmin(y)), y.shape)
+            raise ModelError(f"length of {g.names[muscle]} is not positive at node {node}")
+        y_q = _contract(self._length, gradient)
+        t_value = (feature @ self._translation.T).reshape(len(q), 3, -1).transpose(0, 2, 1)
+        root = np.sqrt(np.where(g.straight, y, 1.0))
+        links = (
+            np.where(g.straight, root, y),
+            np.where(g.straight, 0.5 / root, 1.0),
+            np.where(g.straight, -0.25 / root**3, 0.0),
+            np.where(g.straight, 0.375 / root**5, 0.0),
+        )
+        kappa = (
+            np.where(g.straight, 1.0 / root, 1.0),
+            np.where(g.straight, -0.5 / root**3, 0.0),
+            np.where(g.straight, 0.75 / root**5, 0.0),
+        )
+        rate_map = self.dynamics.rate_map(q)
+        rate = np.einsum("nij,nj->ni", rate_map, u)
+        y_rate = np.einsum("nmi,ni->nm", y_q, rate)
+        return _State(
+            q,
+            rate_map,
+            feature,
+            gradient,
+            y_q,
+            t_value,
+            links,
+            kappa,
+            y_rate,
+            links[0],
+            links[1] * y_rate,
+        )
+
+    def _arms(self, s: _State) -> np.ndarray:
+        rotation = s.links[1][..., None] * np.matmul(s.y_q, s.rate_map)
+        return np.concatenate([rotation, s.kappa[0][..., None] * s.t_value], axis=2)
+
+    def _rate_jacobian(self, vector: np.ndarray) -> np.ndarray:
+        """d(T(q) vector)/dq, shape (N, Nq, Nq), for vector (N, Nu)."""
+        return np.einsum("ijk,nj->nik", self.dynamics.kinematics_linear, vector)
+
+    def _rate_gradient(self, s: _State, u: np.ndarray) -> np.ndarray:
+        """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
+        rate = np.einsum("nij,nj->ni", s.rate_map, u)
+        zeros = np.zeros_like(s.feature)
+        jdot, _, _ = self.features.second(s.q, rate, zeros, zeros)
+        d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(u))
+        return np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
+
+    def _arm_derivative(self, s: _State, tension: np.ndarray) -> np.ndarray:
+        """sum_m F_m d(arms)/dq at constant F, shape (N, K, Nq)."""
+        zeros = np.zeros_like(s.feature)
+        weights = (tension * s.links[1]) @ self._length
+        _, curvature, _ = self.features.second(s.q, np.zeros_like(s.q), weights, zeros)
+        curvature += np.matmul(s.y_q.transpose(0, 2, 1), (tension * s.links[2])[..., None] * s.y_q)
+        slope = np.einsum("nm,nmi->ni", tension * s.links[1], s.y_q)
+        rotation = np.matmul(s.rate_map.transpose(0, 2, 1), curvature)
+        rotation += np.einsum("ni,ijk->njk", slope, self.dynamics.kinematics_linear)
+        translation = np.einsum(
+            "nm,nkmi->nki", tension * s.kappa[0], self._translation_gradient(s), optimize=True
+        )
+        translation += np.einsum(
+            "nm,nmk,nmi->nki", tension * s.kappa[1], s.t_value, s.y_q, optimize=True
+        )
+        return np.concatenate([rotation, translation], axis=1)
+
+    def _scalar_derivatives(self, s: _State, activation, ghost_rate, delta, muscles):
+        """Derivatives of -F W with respect to (y, rate, ghost rate, translation rate).
+
+        Returns gradient (N, M, 4), mixed with activation (N, M, 4), second (N, M, 4, 4).
+        """
+        _, l1, l2, l3 = s.links
+        k0, k1, k2 = s.kappa
+        work = l1 * ghost_rate + k0 * delta
+        work_y = l2 * ghost_rate + k1 * delta
+        work_yy = l3 * ghost_rate + k2 * delta
+        v_y, v_yy = l2 * s.y_rate, l3 * s.y_rate
+        d = force_derivatives(s.length, s.velocity, muscles)
+        force = d.active * activation + d.passive
+        f_l, f_v = d.active_l * activation + d.passive_l, d.active_v * activation
+        f_ll = d.active_ll * activation + d.passive_ll
+        f_lv, f_vv = d.active_lv * activation, d.active_vv * activation
+        f_y, f_r = f_l * l1 + f_v * v_y, f_v * l1
+        f_yy = f_ll * l1**2 + 2 * f_lv * l1 * v_y + f_vv * v_y**2 + f_l * l2 + f_v * v_yy
+        f_yr = f_lv * l1**2 + f_vv * v_y * l1 + f_v * l2
+        a_y, a_r = d.active_l * l1 + d.active_v * v_y, d.active_v * l1
+        gradient = -np.stack(
+            [f_y * work + force * work_y, f_r * work, force * l1, force * k0], axis=-1
+        )
+        mixed = -np.stack(
+            [a_y * work + d.active * work_y, a_r * work, d.active * l1, d.active * k0], axis=-1
+        )
+        second = np.zeros((*force.shape, 4, 4))
+        second[..., 0, 0] = f_yy * work + 2 * f_y * work_y + force * work_yy
+        second[..., 0, 1] = second[..., 1, 0] = f_yr * work + f_r * work_y
+        second[..., 0, 2] = second[..., 2, 0] = f_y * l1 + force * l2
+        second[..., 0, 3] = second[..., 3, 0] = f_y * k0 + force * k1
+        second[..., 1, 1] = f_vv * l1**2 * work
+        second[..., 1, 2] = second[..., 2, 1] = f_r * l1
+        second[..., 1, 3] = second[..., 3, 1] = f_r * k0
+        return gradient, mixed, -second
+
+    def _scalar_gradients(self, s: _State, u, ghost, multipliers) -> np.ndarray:
+        """Gradients of the four scalars with respect to (q, u), shape (N, M, 4, X)."""
+        n, m, nq = s.y_q.shape
+        vectors = np.zeros((n, m, 4, nq + 10))
+        zeros = np.zeros_like(s.feature)
+        vectors[:, :, 0, :nq] = s.y_q
+        vectors[:, :, 1] = self._rate_gradient(s, u)
+        jdot, _, _ = self.features.second(s.q, ghost, zeros, zeros)
+        vectors[:, :, 2, :nq] = _contract(self._length, jdot)
+        vectors[:, :, 2, :nq] += np.matmul(s.y_q, self._rate_jacobian(multipliers[:, :10]))
+        vectors[:, :, 3, :nq] = np.einsum(
+            "nk,nkmi->nmi", multipliers[:, 10:], self._translation_gradient(s), optimize=True
+        )
+        return vectors
+
+    def _feature_curvature(self, s: _State, u, ghost, multipliers, gradient) -> np.ndarray:
+        """Second derivatives of the four scalars, weighted and summed over muscles, (N, X, X)."""
+        n, nq = s.q.shape
+        c_y, c_r, c_w = (gradient[..., k] @ self._length for k in range(3))
+        pulls = np.einsum("nm,nk->nkm", gradient[..., 3], multipliers[:, 10:]).reshape(n, -1)
+        c_t = pulls @ self._translation
+        rate = np.einsum("nij,nj->ni", s.rate_map, u)
+        _, h_plain, third_r = self.features.second(s.q, rate, c_y + c_t, c_r)
+        _, h_r, third_w = self.features.second(s.q, ghost, c_r, c_w)
+        _, h_w, _ = self.features.second(s.q, ghost, c_w, np.zeros_like(c_w))
+        cross = np.matmul(h_r, self._rate_jacobian(u))
+        cross += np.matmul(h_w, self._rate_jacobian(multipliers[:, :10]))
+        h = np.zeros((n, nq + 10, nq + 10))
+        h[:, :nq, :nq] = h_plain + third_r + third_w + cross + cross.transpose(0, 2, 1)
+        slope = np.einsum("nf,nfi->ni", c_r, s.gradient)
+        mixed = np.matmul(h_r, s.rate_map)
+        mixed += np.einsum("ni,ijk->nkj", slope, self.dynamics.kinematics_linear)
+        h[:, :nq, nq:] = mixed
+        h[:, nq:, :nq] = mixed.transpose(0, 2, 1)
+        return h
+
+
+def _contract(coefficients: sparse.csr_matrix, gradient: np.ndarray) -> np.ndarray:
+    """Gradients (N, m, Nq) of m linear functions (m, F) of features with gradients (N, F, Nq)."""
+    n, f, nq = gradient.shape
+    columns = coefficients @ gradient.transpose(1, 0, 2).reshape(f, n * nq)
+    return np.ascontiguousarray(columns.reshape(-1, n, nq).transpose(1, 0, 2))

@@ -1,0 +1,170 @@
+"""Run-time parameters of a participant: from the model record to vectors.
+
+Ulna, radius and hand move as one forearm, because pronation is locked. The forearm frame has its
+origin at the elbow and the axes of the humerus at zero flexion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
+from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack
+from scapulohumeral.model.rotations import euler_to_quaternion, quaternion_to_matrix
+
+Array = np.ndarray
+REST_COORDINATES = {
+    "SC": ("SC_y", "SC_z", "SC_x"),
+    "AC": ("AC_y", "AC_z", "AC_x"),
+    "GH": ("GH_y", "GH_z", "GH_yy"),
+}
+SEQUENCES = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
+
+
+def dynamics_parameters(
+    record: Mapping[str, Any], thorax: Mapping[str, Any], hand_load_kg: float
+) -> Array:
+    """Parameter vector (P,) of a participant with a hand load.
+
+    Parameters
+    ----------
+    record : model record "model/1"
+    thorax : fitted thorax ellipsoid, keys ``centre_m`` and ``radii_m``
+    hand_load_kg : point mass at the mass centre of the hand [kg]
+    """
+    constants, joints, segments = record["constants"], record["joints"], record["segments"]
+    contact, conoid = constants["scapulothoracic_contact"], record["conoid"]
+    passive = constants["passive_joint"]
+    mass, com, inertia, hand = forearm(record)
+    points = [record["markers"][name]["location_m"] for name in contact["points"]]
+    values: dict[str, Any] = {
+        "gravity": record["gravity_mps2"],
+        "offset_SC": joints["sc1"]["location_m"],
+        "offset_AC": joints["ac1"]["location_m"],
+        "offset_GH": joints["gh1"]["location_m"],
+        "offset_EL": joints["hu"]["location_m"],
+        "axis_EL": elbow_axis(record),
+        "mass_forearm": mass,
+        "com_forearm": com,
+        "inertia_forearm": inertia,
+        "mass_load": hand_load_kg,
+        "com_load": hand,
+        "conoid_origin": conoid["origin_m"],
+        "conoid_insertion": conoid["insertion_m"],
+        "conoid_length": conoid["length_m"],
+        "conoid_stiffness": conoid["stiffness_N_per_m"],
+        "conoid_eps": conoid["eps_m"],
+        "contact_TS": points[0],
+        "contact_AI": points[1],
+        "thorax_centre": thorax["centre_m"],
+        "thorax_radii": thorax["radii_m"],
+        "contact_stiffness": contact["stiffness_N_per_m"],
+        "contact_eps": contact["eps"],
+        "joint_stiffness": [passive["k1_Nm_per_rad"]] * 4,
+        "joint_damping": [passive["b_Nms_per_rad"]] * 4,
+        **rest_pose(record),
+    }
+    for name in ("clavicle", "scapula", "humerus"):
+        segment = segments[f"{name}_r"]
+        values[f"mass_{name}"] = segment["mass_kg"]
+        values[f"com_{name}"] = segment["com_m"]
+        values[f"inertia_{name}"] = segment["inertia_kgm2"]
+    return pack(values)
+
+
+def elbow_axis(record: Mapping[str, Any]) -> Array:
+    """Unit flexion axis in the humerus frame, shape (3,)."""
+    axis = _fixed_rotation(record, "hu") @ np.array(record["axes"]["EL_x"])
+    return axis / np.linalg.norm(axis)
+
+
+def rest_pose(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Rest orientations of the passive joint springs: the middle of each coordinate's range."""
+    coordinates = record["coordinates"]
+
+    def middle(name: str) -> float:
+        return 0.5 * (coordinates[name]["min_rad"] + coordinates[name]["max_rad"])
+
+    rest: dict[str, Any] = {"rest_EL": middle("EL_x")}
+    for joint in BALL_JOINTS:
+        angles = np.array([middle(name) for name in REST_COORDINATES[joint]])
+        rest[f"rest_{joint}"] = quaternion_to_matrix(euler_to_quaternion(angles, SEQUENCES[joint]))
+    return rest
+
+
+def forearm(record: Mapping[str, Any]) -> tuple[float, Array, Array, Array]:
+    """Mass [kg], mass centre [m], inertia (xx yy zz xy xz yz) [kg m^2] and hand centre [m].
+
+    All in the forearm frame; inertia about the common mass centre.
+    """
+    parts = []
+    rotation, origin = _fixed_rotation(record, "hu"), np.zeros(3)
+    spin = _axis_rotation(np.array(record["axes"]["PS_y"]), record["pronation_rad"])
+    chain = (("ulna_r", None, np.eye(3)), ("radius_r", "ur", spin), ("hand_r", "rc", np.eye(3)))
+    for segment, joint, turn in chain:
+        if joint is not None:
+            origin = origin + rotation @ np.array(record["joints"][joint]["location_m"])
+            rotation = rotation @ _fixed_rotation(record, joint) @ turn
+        body = record["segments"][segment]
+        centre = origin + rotation @ np.array(body["com_m"])
+        parts.append(
+            (body["mass_kg"], centre, rotation @ _matrix(body["inertia_kgm2"]) @ rotation.T)
+        )
+    mass = sum(m for m, _, _ in parts)
+    com = sum(m * c for m, c, _ in parts) / mass
+    inertia = np.zeros((3, 3))
+    for m, centre, own in parts:
+        d = centre - com
+        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+    return mass, com, inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], parts[-1][1]
+
+
+def muscle_parameters(record: Mapping[str, Any]) -> MuscleParameters:
+    """Generic muscle parameters of a participant: scaled, with full capacity."""
+    muscles, hill = record["muscles"], record["constants"]["hill"]
+
+    def column(key: str) -> Array:
+        return np.array([muscle[key] for muscle in muscles])
+
+    return MuscleParameters(
+        names=tuple(muscle["name"] for muscle in muscles),
+        max_isometric_force=column("max_isometric_force_N"),
+        optimal_fibre_length=column("optimal_fibre_length_m"),
+        tendon_slack_length=column("tendon_slack_length_m"),
+        activation_time=column("activation_time_s"),
+        deactivation_time=column("deactivation_time_s"),
+        capacity=np.ones(len(muscles)),
+        constants=HillConstants(
+            gaussian_width=hill["f_gauss"],
+            passive_stiffness=hill["k_pe"],
+            passive_strain=hill["epsilon_m0"],
+            d1=hill["d1"],
+            d2=hill["d2"],
+            d3=hill["d3"],
+            d4=hill["d4"],
+            max_velocity=hill["v_max"],
+        ),
+    )
+
+
+def _fixed_rotation(record: Mapping[str, Any], joint: str) -> Array:
+    """Rotation of a joint's frame in its parent body (frame-fixed x-y-z angles)."""
+    x, y, z = record["joints"][joint]["orientation_rad"]
+    matrix = np.eye(3)
+    for axis, angle in ((0, x), (1, y), (2, z)):
+        matrix = matrix @ _axis_rotation(np.eye(3)[axis], angle)
+    return matrix
+
+
+def _axis_rotation(axis: Array, angle: float) -> Array:
+    half = 0.5 * angle
+    unit = axis / np.linalg.norm(axis)
+    return quaternion_to_matrix(np.array([np.cos(half), *(np.sin(half) * unit)]))
+
+
+def _matrix(inertia) -> Array:
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -5,6 +5,8 @@ import pytest
 
 from scapulohumeral.model import rotations as rot
 
+pytestmark = pytest.mark.unit
+
 HALF = np.sqrt(0.5)
 RNG = np.random.default_rng(1)
 RANDOM = rot.rotation_vector_to_quaternion(RNG.uniform(-1.5, 1.5, (20, 3)))

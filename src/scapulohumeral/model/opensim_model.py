@@ -8,7 +8,7 @@ class, it scales optimal fibre and tendon slack lengths with the path. This modu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -384,7 +384,7 @@ def _path_points(muscle: opensim.Muscle) -> list[dict[str, Any]]:
     ]
 
 
-def _conoid_record(model: opensim.Model, rule: dict[str, Any]) -> dict[str, Any]:
+def _conoid_record(model: opensim.Model, rule: Mapping[str, Any]) -> dict[str, Any]:
     ac_joint = model.getJointSet().get("ac1").get_frames(0).get_translation()
     biceps_origin = np.array(_path_points(model.getMuscles().get("bic_l"))[0]["location_m"])
     return {

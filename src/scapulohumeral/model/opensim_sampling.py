@@ -47,11 +47,13 @@ JOINT_COLUMNS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": 
 class _Sampler:
     """A model with a state and handles, fetched once because fetching costs more than a length."""
 
-    def __init__(self, model: opensim.Model, muscles: Sequence[str]) -> None:
+    def __init__(
+        self, model: opensim.Model, muscles: Sequence[str], angles: Sequence[str] = ANGLE_NAMES
+    ) -> None:
         self.model = model
         self.state = model.initSystem()
         coordinates = model.updCoordinateSet()
-        self.coordinates = [coordinates.get(name) for name in ANGLE_NAMES]
+        self.coordinates = [coordinates.get(name) for name in angles]
         owners = [model.updMuscles().get(name) for name in muscles]
         self.paths = [opensim.GeometryPath.safeDownCast(owner.updPath()) for owner in owners]
 
@@ -73,21 +75,27 @@ def muscle_names(model: opensim.Model) -> tuple[str, ...]:
 
 
 def muscle_lengths(
-    model: opensim.Model, angles: Array, muscles: Sequence[str] | None = None
+    model: opensim.Model,
+    angles: Array,
+    muscles: Sequence[str] | None = None,
+    coordinates: Sequence[str] = ANGLE_NAMES,
 ) -> Array:
     """Muscle-tendon lengths at joint angles.
 
     Parameters
     ----------
     model : opensim.Model
-    angles : array, shape (P, 10)    [rad], in the order of ``rotations.ANGLE_NAMES``
+    angles : array, shape (P, N)     [rad]
     muscles : names, default all
+    coordinates : names of the N coordinates, default the ten of ``rotations.ANGLE_NAMES``; others
+        stay at their defaults
 
     Returns
     -------
     array, shape (P, M)              [m]
     """
-    sampler = _Sampler(model, muscle_names(model) if muscles is None else muscles)
+    names = muscle_names(model) if muscles is None else muscles
+    sampler = _Sampler(model, names, coordinates)
     everything = range(len(sampler.paths))
     result = np.empty((len(angles), len(sampler.paths)))
     for row, pose in zip(result, np.asarray(angles, float).tolist(), strict=True):
@@ -261,16 +269,24 @@ def inverse_dynamics(
         copy.updMuscles().get(name).set_appliesForce(False)
     sampler = _Sampler(copy, ())
     solver = opensim.InverseDynamicsSolver(copy)
-    order = [c.getName() for c in copy.getCoordinatesInMultibodyTreeOrder()]
-    columns = [order.index(name) for name in ANGLE_NAMES]
+    columns = _speed_columns(sampler)
     result = np.empty((len(angles), 10))
     for p in range(len(angles)):
         sampler.set(angles[p].tolist())
         for coordinate, speed in zip(sampler.coordinates, speeds[p].tolist(), strict=True):
             coordinate.setSpeedValue(sampler.state, speed)
-        acceleration = opensim.Vector(len(order), 0.0)
+        acceleration = opensim.Vector(sampler.state.getNU(), 0.0)
         for column, value in zip(columns, accelerations[p].tolist(), strict=True):
             acceleration.set(column, value)
         torque = solver.solve(sampler.state, acceleration)
         result[p] = [torque.get(column) for column in columns]
     return result
+
+
+def _speed_columns(sampler: _Sampler) -> list[int]:
+    """Places of the ten coordinates among the speeds of the state, found by setting them apart."""
+    for k, coordinate in enumerate(sampler.coordinates, start=1):
+        coordinate.setSpeedValue(sampler.state, float(k))
+    speeds = sampler.state.getU()
+    values = [speeds.get(i) for i in range(speeds.size())]
+    return [values.index(float(k)) for k in range(1, len(sampler.coordinates) + 1)]

@@ -199,11 +199,11 @@ def _read_document(path: Path) -> dict[str, Any]:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not valid YAML: {error}. Correct the line named.") from error
-    error = best_match(Draft202012Validator(PARTICIPANT_SCHEMA).iter_errors(document))
-    if error is not None:
-        place = ".".join(str(part) for part in error.absolute_path) or "top level"
-        hint = error.schema.get("description", "see the comments in the other participants' files")
-        raise ConfigError(f"{path}, {place}: {error.message}; expected: {hint}. Correct the entry.")
+    fault = best_match(Draft202012Validator(PARTICIPANT_SCHEMA).iter_errors(document))
+    if fault is not None:
+        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
+        hint = fault.schema.get("description", "see the comments in the other participants' files")
+        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
     return document
 
 

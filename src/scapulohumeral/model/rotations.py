@@ -11,16 +11,19 @@ A trial row has the ten joint angles of ``ANGLE_NAMES``; a pose has the thirteen
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
+EulerSequence = Literal["YZX", "YZY"]
 
 ANGLE_NAMES = (
     "SC_y", "SC_z", "SC_x", "AC_y", "AC_z", "AC_x", "GH_y", "GH_z", "GH_yy", "EL_x",
 )  # fmt: skip
-JOINT_SEQUENCES = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
+JOINT_SEQUENCES: dict[str, EulerSequence] = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
 
 
 def quaternion_multiply(p: ArrayLike, q: ArrayLike) -> Array:
@@ -66,24 +69,24 @@ def rotation_vector_to_quaternion(vector: ArrayLike) -> Array:
     return rotation.as_quat(scalar_first=True).reshape(*vector.shape[:-1], 4)
 
 
-def euler_to_quaternion(angles: ArrayLike, sequence: str) -> Array:
+def euler_to_quaternion(angles: ArrayLike, sequence: EulerSequence) -> Array:
     """Unit quaternions of intrinsic Euler angles.
 
     Parameters
     ----------
     angles : array, shape (..., 3)   [rad], in the order of `sequence`
-    sequence : str                   e.g. "YZX" (SC, AC) or "YZY" (GH)
+    sequence : "YZX" (SC, AC) or "YZY" (GH)
 
     Returns
     -------
     array, shape (..., 4)
     """
     angles = np.asarray(angles, float)
-    rotation = Rotation.from_euler(sequence.upper(), angles.reshape(-1, 3))
+    rotation = Rotation.from_euler(sequence, angles.reshape(-1, 3))
     return rotation.as_quat(scalar_first=True).reshape(*angles.shape[:-1], 4)
 
 
-def quaternion_to_euler(q: ArrayLike, sequence: str) -> Array:
+def quaternion_to_euler(q: ArrayLike, sequence: EulerSequence) -> Array:
     """Intrinsic Euler angles of quaternions: the inverse of `euler_to_quaternion`.
 
     Branch: for "YZX" the second angle lies in [-pi/2, pi/2], for "YZY" in [0, pi]; the others lie
@@ -92,7 +95,7 @@ def quaternion_to_euler(q: ArrayLike, sequence: str) -> Array:
     Parameters
     ----------
     q : array, shape (..., 4)
-    sequence : str
+    sequence : "YZX" or "YZY"
 
     Returns
     -------
@@ -100,7 +103,7 @@ def quaternion_to_euler(q: ArrayLike, sequence: str) -> Array:
     """
     q = np.asarray(q, float)
     rotation = Rotation.from_quat(q.reshape(-1, 4), scalar_first=True)
-    return rotation.as_euler(sequence.upper()).reshape(*q.shape[:-1], 3)
+    return rotation.as_euler(sequence).reshape(*q.shape[:-1], 3)
 
 
 def make_continuous(q: ArrayLike) -> Array:

@@ -154,8 +154,11 @@ class _Table:
                 "Keep one row per name."
             )
 
+    def number(self, row: tuple[int, Row], column: str) -> float:
+        return number(self.path, row[0], row[1], column)
+
     def numbers(self, row: tuple[int, Row], *columns: str) -> Vector:
-        return tuple(number(self.path, row[0], row[1], column) for column in columns)
+        return tuple(self.number(row, column) for column in columns)
 
     def vector(self, row: tuple[int, Row], pattern: str) -> Vector:
         return self.numbers(row, *(pattern.format(axis) for axis in "xyz"))
@@ -195,7 +198,7 @@ def _read_segments(path: Path) -> dict[str, Segment]:
     return {
         row[1]["segment"]: Segment(
             row[1]["segment"],
-            *table.numbers(row, "mass_kg"),
+            table.number(row, "mass_kg"),
             table.vector(row, "com_{}_m"),
             table.numbers(row, *INERTIA_COLUMNS),
         )
@@ -275,9 +278,9 @@ def _read_muscles(directory: Path) -> dict[str, Muscle]:
         _require(paths, names, f"{directory / file}, column muscle", "muscles.csv")
     return {
         row[1]["muscle"]: Muscle(
-            row[1]["muscle"],
-            row[1]["group"],
-            *table.numbers(row, *quantities),
+            name=row[1]["muscle"],
+            group=row[1]["group"],
+            **{quantity: table.number(row, quantity) for quantity in quantities},
             points=tuple(points.get(row[1]["muscle"], ())),
             wraps=tuple(wraps.get(row[1]["muscle"], ())),
         )

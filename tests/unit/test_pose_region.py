@@ -1,0 +1,103 @@
+"""Poses are drawn within the margin, repeatably, and outside the thorax."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.pose_region import draw_poses
+from scapulohumeral.model.rotations import relative_angle, rotation_vector_to_quaternion
+from scapulohumeral.model.thorax_clearance import attachment_levels, is_clear, segment_frames
+
+pytestmark = pytest.mark.unit
+
+IDENTITY = np.tile([1.0, 0.0, 0.0, 0.0], 3)
+REST = np.append(IDENTITY, 0.5)[None]
+RECORD = {
+    "joints": {
+        "sc1": {"location_m": [0.02, 0.0, 0.0]},
+        "ac1": {"location_m": [0.16, 0.0, 0.0]},
+        "gh1": {"location_m": [0.0, -0.05, 0.0]},
+    },
+    "wrap_objects": [
+        {
+            "name": "wall",
+            "body": "thorax",
+            "translation_m": [0.0, -0.1, 0.05],
+            "dimensions_m": [0.1, 0.2, 0.1],
+        }
+    ],
+    "muscles": [
+        {
+            "wraps": ["wall"],
+            "points": [
+                {"body": "thorax", "location_m": [0.0, -0.1, 0.05]},
+                {"body": "scapula_r", "location_m": [0.02, -0.1, 0.05]},
+            ],
+        },
+        {"wraps": [], "points": [{"body": "scapula_r", "location_m": [-0.18, -0.1, 0.05]}]},
+    ],
+}
+
+
+def test_turns_stay_within_the_margin_and_use_it():
+    poses = draw_poses(REST, 15.0, 4000, np.random.default_rng(1))
+    for start in (0, 4, 8):
+        angle = np.rad2deg(relative_angle(poses[:, start : start + 4], IDENTITY[:4]))
+        assert angle.max() <= 15.0 + 1e-9
+        # Uniform in a ball: half of the volume lies within 0.5 ** (1 / 3) of the radius.
+        np.testing.assert_allclose(np.median(angle), 15.0 * 0.5 ** (1 / 3), rtol=0.02)
+    assert np.abs(poses[:, 12] - 0.5).max() <= np.deg2rad(15.0)
+
+
+def test_quaternions_are_normalised_and_scalar_part_is_not_negative():
+    poses = draw_poses(REST * -1.0, 15.0, 200, np.random.default_rng(1))
+    for start in (0, 4, 8):
+        np.testing.assert_allclose(np.linalg.norm(poses[:, start : start + 4], axis=1), 1.0)
+        assert poses[:, start].min() >= 0.0
+
+
+def test_same_seed_same_poses_and_input_unchanged():
+    recorded = REST.copy()
+    first, second = (draw_poses(recorded, 10.0, 50, np.random.default_rng(7)) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(recorded, REST)
+
+
+def test_refused_poses_are_drawn_again():
+    poses = draw_poses(REST, 15.0, 300, np.random.default_rng(1), lambda p: p[:, 12] > 0.5)
+    assert poses.shape == (300, 13)
+    assert poses[:, 12].min() > 0.5
+
+
+def test_margin_that_leaves_nothing_is_refused():
+    rng = np.random.default_rng(1)
+    with pytest.raises(ConfigError, match="0 of 100 drawn poses.*smaller margin"):
+        draw_poses(REST, 15.0, 100, rng, lambda p: np.zeros(len(p), bool))
+    with pytest.raises(ConfigError, match="margin 120 deg"):
+        draw_poses(REST, 120, 100, rng)
+
+
+def test_segment_frames_at_a_known_turn():
+    pose = REST.copy()
+    pose[0, :4] = rotation_vector_to_quaternion([0.0, 0.0, np.pi / 2])
+    frames = segment_frames(RECORD, pose)
+    np.testing.assert_allclose(frames["scapula_r"][0], [[0.02, 0.16, 0.0]], atol=1e-15)
+    np.testing.assert_allclose(frames["humerus_r"][0], [[0.07, 0.16, 0.0]], atol=1e-15)
+
+
+def test_level_counts_moving_attachments_of_wrapping_muscles_only():
+    # Attachment at x = 0.2 on the axis of the ellipsoid, two radii from the centre: 2^2 - 1 = 3.
+    np.testing.assert_allclose(attachment_levels(RECORD, REST)["wall"], [3.0])
+    assert is_clear(RECORD, REST).tolist() == [True]
+
+
+def test_attachment_inside_the_thorax_is_not_clear():
+    inside = REST.copy()
+    inside[0, :4] = rotation_vector_to_quaternion([0.0, np.pi, 0.0])  # clavicle to the left
+    record = copy.deepcopy(RECORD)
+    record["muscles"][0]["points"][1]["location_m"] = [-0.14, -0.1, -0.05]
+    # In thorax axes at 0.02 - (0.16 - 0.14) = 0: the centre of the ellipsoid.
+    assert attachment_levels(record, inside)["wall"][0] == pytest.approx(-1.0)
+    assert is_clear(record, inside).tolist() == [False]

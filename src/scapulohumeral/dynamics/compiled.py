@@ -266,3 +266,48 @@ def _rotation_functions(formulation: Formulation) -> dict[str, ca.Function]:
             "pose_matrices", [q], [ca.vertcat(*(ca.vec(m.T) for m in poses))], options
         ),
     }
+
+
+@dataclass(frozen=True)
+class VectorFunction:
+    """A vector of expressions e(x; p) with exact derivatives, evaluated for many nodes.
+
+    Letters: E expressions, X variables, P parameters.
+    """
+
+    function: ca.Function
+
+    def first(self, x: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (N, E) and Jacobians (N, E, X) at x (N, X), p (N, P)."""
+        value, jacobian, _ = self._call(x, p, np.zeros((len(x), self.function.size1_in(2))))
+        return value, jacobian
+
+    def all(
+        self, x: np.ndarray, p: np.ndarray, weights: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Values, Jacobians and sum_k weights_k hess e_k (N, X, X), weights (N, E)."""
+        return self._call(x, p, weights)
+
+    def _call(self, x, p, weights):
+        value, jacobian, curvature = (
+            np.array(r).T for r in self.function(*(np.ascontiguousarray(a.T) for a in (x, p, weights)))
+        )
+        n, width = x.shape
+        return (
+            value,
+            jacobian.reshape(n, width, -1).transpose(0, 2, 1),
+            curvature.reshape(n, width, width),
+        )
+
+
+def compile_vector(variables, parameters, expressions) -> VectorFunction:
+    """Numeric function of SymPy expressions in ordered variables and parameters."""
+    x = ca.SX.sym("x", len(variables))
+    p = ca.SX.sym("p", max(len(parameters), 1))
+    table = {s: x[i] for i, s in enumerate(variables)}
+    table.update({s: p[i] for i, s in enumerate(parameters)})
+    values = ca.vertcat(*sympy_to_casadi(expressions, table))
+    weights = ca.SX.sym("weights", len(expressions))
+    curvature, _ = ca.hessian(ca.dot(weights, values), x)
+    outputs = [values, ca.vec(ca.densify(ca.jacobian(values, x))), ca.vec(ca.densify(curvature))]
+    return VectorFunction(ca.Function("vector", [x, p, weights], outputs, {"cse": True}))

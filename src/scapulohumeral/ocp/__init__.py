@@ -1,0 +1,1 @@
+"""Optimal control: direct collocation on opty, exact derivatives, IPOPT."""

@@ -1,0 +1,134 @@
+"""Error terms of the objective as expressions: orientation tracking, unit norm, joint stability.
+
+Every node-wise cost is a weighted sum of squared errors, so its Gauss-Newton and exact Hessians
+come from the same function.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sm
+
+from scapulohumeral.dynamics.compiled import VectorFunction, compile_vector
+from scapulohumeral.dynamics.formulation import (
+    Formulation,
+    elementary_rotation,
+    get_formulation,
+    quaternion_matrix,
+)
+from scapulohumeral.model.rotations import (
+    make_continuous,
+    quaternion_multiply,
+    quaternion_to_matrix,
+    trial_to_pose,
+)
+
+GROUPS = ("clavicle", "scapula", "humerus", "elbow", "norm")
+
+
+@dataclass(frozen=True)
+class PoseErrors:
+    """Tracking errors of one formulation.
+
+    Attributes
+    ----------
+    function : errors e(q; reference)
+    groups : name of the group of each error
+    """
+
+    function: VectorFunction
+    groups: tuple[str, ...]
+
+    def reference(self, angles: np.ndarray, ac_distance: float) -> np.ndarray:
+        """Reference parameters (N, P) from recorded joint angles (N, 10) [rad].
+
+        ``ac_distance`` is the distance [m] of the acromioclavicular joint from the sternum.
+        """
+        if "norm" not in self.groups:
+            return angles
+        pose = trial_to_pose(angles)
+        scapula = make_continuous(quaternion_multiply(pose[:, :4], pose[:, 4:8]))
+        humerus = make_continuous(quaternion_multiply(scapula, pose[:, 8:12]))
+        ac = ac_distance * quaternion_to_matrix(pose[:, :4])[:, :, 0]
+        distance = np.full((len(pose), 1), ac_distance)
+        return np.hstack([distance, ac, scapula, humerus, pose[:, 12:]])
+
+
+def pose_errors(name: str) -> PoseErrors:
+    """Errors of the paper's J_traj and J_quat for a formulation."""
+    formulation = get_formulation(name)
+    return _quaternion_errors(formulation) if name == "quaternion" else _euler_errors(formulation)
+
+
+def _product(a, b) -> list[sm.Expr]:
+    """Hamilton product of scalar-first quaternions."""
+    return [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+
+
+def _quaternion_errors(formulation: Formulation) -> PoseErrors:
+    """Clavicle by the position of the AC joint; scapula and humerus by the vector part of
+    Q Q_ref^-1 in the thorax frame; elbow angle; squared norms minus one."""
+    q = formulation.q
+    sc, ac, gh = q[0:4], q[4:8], q[8:12]
+    distance = sm.Symbol("distance")
+    point = sm.symbols("point:3")
+    ref_scapula, ref_humerus = sm.symbols("scapula:4"), sm.symbols("humerus:4")
+    ref_elbow = sm.Symbol("elbow")
+    scapula = _product(sc, ac)
+    humerus = _product(scapula, gh)
+
+    def relative(a, reference) -> list[sm.Expr]:
+        conjugate = (reference[0], *(-c for c in reference[1:]))
+        return _product(a, conjugate)[1:]
+
+    clavicle = distance * quaternion_matrix(sc)[:, 0] - sm.Matrix(point)
+    errors = [
+        *clavicle,
+        *relative(scapula, ref_scapula),
+        *relative(humerus, ref_humerus),
+        q[12] - ref_elbow,
+        *(sum(c**2 for c in quaternion) - 1 for quaternion in (sc, ac, gh)),
+    ]
+    groups = ("clavicle",) * 3 + ("scapula",) * 3 + ("humerus",) * 3 + ("elbow",) + ("norm",) * 3
+    parameters = (distance, *point, *ref_scapula, *ref_humerus, ref_elbow)
+    return PoseErrors(compile_vector(q, parameters, errors), groups)
+
+
+def _euler_errors(formulation: Formulation) -> PoseErrors:
+    """Differences of joint angles; axial rotation of the clavicle is left out (paper)."""
+    q = formulation.q
+    reference = sm.symbols("reference:10")
+    used = (0, 1, *range(3, 10))
+    errors = [q[i] - reference[i] for i in used]
+    groups = ("clavicle",) * 2 + ("scapula",) * 3 + ("humerus",) * 3 + ("elbow",)
+    return PoseErrors(compile_vector(q, reference, errors), groups)
+
+
+def glenoid_rotation(inclination, version) -> sm.Matrix:
+    """Columns: outward normal, superior and posterior axis of the glenoid, scapula axes.
+
+    Scapula axes of a right shoulder: x lateral, y up, z back. Inferior inclination turns the
+    normal down, anterior version turns it forward (paper, section on joint stability).
+    """
+    return elementary_rotation("y", version) * elementary_rotation("z", -inclination)
+
+
+def stability_errors() -> VectorFunction:
+    """Shear over compression of the glenohumeral reaction: superior-inferior, anterior-posterior.
+
+    Variables: reaction of the glenoid on the humeral head, scapula axes (any unit of force);
+    parameters: inclination and version [rad].
+    """
+    reaction = sm.symbols("reaction:3")
+    angles = sm.symbols("inclination version")
+    compression, superior, posterior = glenoid_rotation(*angles).T * sm.Matrix(reaction)
+    return compile_vector(reaction, angles, [superior / compression, posterior / compression])
+
+

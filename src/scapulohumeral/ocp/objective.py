@@ -1,0 +1,197 @@
+"""The objective of the paper, node by node, with gradient and Hessians.
+
+J = sum over nodes of trapezoidal weights times (tracking + activation + stability + unit norm)
+  + sum over intervals of squared rates (speeds, excitations, reactions).
+
+Node terms are evaluated at the nodes, where the free variables live, so value and gradient belong
+to one function of the free vector (opty's helper mixes midpoints and nodes).
+
+Letters: N nodes, M muscles, Nq coordinates, E tracking errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
+
+SUPERIOR_INFERIOR_SHARE = 0.31
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the terms (paper, table of objective terms).
+
+    Attributes
+    ----------
+    trajectory : J_traj, on clavicle, scapula, humerus and elbow alike
+    activation : J_act
+    stability : J_GH; 0 leaves the term out
+    regularisation : rates of speeds [rad/s^2] and, with stability, of reactions [kN/s]
+    excitation_rate : rates of excitations [1/s]
+    quaternion_norm : J_quat
+    tracked : segments that J_traj follows
+    """
+
+    trajectory: float = 200.0
+    activation: float = 1.0
+    stability: float = 0.0
+    regularisation: float = 1e-3
+    excitation_rate: float = 1e-3
+    quaternion_norm: float = 200.0
+    tracked: tuple[str, ...] = ("clavicle", "scapula", "humerus", "elbow")
+
+    def __post_init__(self) -> None:
+        """Refuse negative weights and unknown segments."""
+        for name, value in vars(self).items():
+            if name != "tracked" and not value >= 0:
+                raise ConfigError(f"weight {name} is {value}: it must not be negative")
+        unknown = set(self.tracked) - {"clavicle", "scapula", "humerus", "elbow"}
+        if unknown:
+            raise ConfigError(f"tracked: unknown segment(s) {', '.join(sorted(unknown))}")
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Free variables by kind: q (N, Nq), u (N, 10), a (N, M), e (N, M), R (N, 3) [kN]."""
+
+    q: np.ndarray
+    u: np.ndarray
+    a: np.ndarray
+    e: np.ndarray
+    reaction: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectiveHessian:
+    """Blocks of the Hessian of the objective; rates couple neighbouring nodes.
+
+    Attributes
+    ----------
+    q : (N, Nq, Nq) node blocks; reaction : (N, 3, 3) node blocks
+    a : (N,) second derivative by each activation, the same for all muscles
+    rate_u, rate_e, rate_reaction : scalars w of w sum (x_{i+1} - x_i)^2 / 2
+    """
+
+    q: np.ndarray
+    reaction: np.ndarray
+    a: np.ndarray
+    rate_u: float
+    rate_e: float
+    rate_reaction: float
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Objective of one optimal control problem.
+
+    Attributes
+    ----------
+    errors : tracking errors of the formulation; reference : (N, P) their parameters
+    weights : weights of the terms; step : mesh interval [s]
+    glenoid : inclination and version [rad]
+    activity : (N,) factor on J_traj per node, 1 by default (0 in pauses)
+    """
+
+    errors: PoseErrors
+    reference: np.ndarray
+    weights: Weights
+    step: float
+    glenoid: tuple[float, float]
+    activity: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Precompute quadrature and error weights."""
+        nodes = len(self.reference)
+        quadrature = np.full(nodes, self.step)
+        quadrature[[0, -1]] *= 0.5
+        w = self.weights
+        tracked = np.array([w.trajectory * (g in w.tracked) for g in self.errors.groups])
+        norm = np.array([w.quaternion_norm * (g == "norm") for g in self.errors.groups])
+        per_node = self.activity[:, None] * tracked + norm
+        object.__setattr__(self, "_quadrature", quadrature)
+        object.__setattr__(self, "_error_weights", quadrature[:, None] * per_node)
+        object.__setattr__(self, "_stability", stability_errors())
+        shares = w.stability * np.array([SUPERIOR_INFERIOR_SHARE, 1.0])
+        object.__setattr__(self, "_stability_weights", quadrature[:, None] * shares)
+
+    def terms(self, x: Trajectory) -> dict[str, float]:
+        """Value of each term by name."""
+        w = self.weights
+        error, _ = self.errors.function.first(x.q, self.reference)
+        cost = self._error_weights * error**2
+        groups = np.array(self.errors.groups)
+        terms = {g: float(cost[:, groups == g].sum()) for g in dict.fromkeys(self.errors.groups)}
+        terms["activation"] = w.activation * float(self._quadrature @ (x.a**2).sum(axis=1))
+        terms["speed_rate"] = self._rate(x.u, w.regularisation)
+        terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
+        terms["reaction_rate"] = self._rate(x.reaction, self._reaction_weight)
+        if w.stability > 0:
+            ratio, _ = self._stability.first(x.reaction, self._glenoid(x))
+            terms["stability"] = float((self._stability_weights * ratio**2).sum())
+        return terms
+
+    def value(self, x: Trajectory) -> float:
+        """Objective."""
+        return sum(self.terms(x).values())
+
+    def gradient(self, x: Trajectory) -> Trajectory:
+        """Gradient with respect to each kind of variable."""
+        w = self.weights
+        error, jacobian = self.errors.function.first(x.q, self.reference)
+        reaction = self._rate_gradient(x.reaction, self._reaction_weight)
+        if w.stability > 0:
+            ratio, ratio_r = self._stability.first(x.reaction, self._glenoid(x))
+            reaction += np.einsum("nk,nkr->nr", 2 * self._stability_weights * ratio, ratio_r)
+        return Trajectory(
+            q=np.einsum("ne,neq->nq", 2 * self._error_weights * error, jacobian),
+            u=self._rate_gradient(x.u, w.regularisation),
+            a=2 * w.activation * self._quadrature[:, None] * x.a,
+            e=self._rate_gradient(x.e, w.excitation_rate),
+            reaction=reaction,
+        )
+
+    def hessian(self, x: Trajectory, exact: bool) -> ObjectiveHessian:
+        """Exact Hessian, or the Gauss-Newton one without curvature of the errors."""
+        error, jacobian = self.errors.function.first(x.q, self.reference)
+        h_q = np.einsum("ne,nei,nej->nij", 2 * self._error_weights, jacobian, jacobian, optimize=True)
+        if exact:
+            weights = 2 * self._error_weights * error
+            h_q += self.errors.function.all(x.q, self.reference, weights)[2]
+        h_r = np.zeros((len(x.q), 3, 3))
+        if self.weights.stability > 0:
+            glenoid, weights = self._glenoid(x), 2 * self._stability_weights
+            ratio, ratio_r = self._stability.first(x.reaction, glenoid)
+            h_r += np.einsum("nk,nki,nkj->nij", weights, ratio_r, ratio_r)
+            if exact:
+                h_r += self._stability.all(x.reaction, glenoid, weights * ratio)[2]
+        return ObjectiveHessian(
+            q=h_q,
+            reaction=h_r,
+            a=2 * self.weights.activation * self._quadrature,
+            rate_u=2 * self.weights.regularisation / self.step,
+            rate_e=2 * self.weights.excitation_rate / self.step,
+            rate_reaction=2 * self._reaction_weight / self.step,
+        )
+
+    @property
+    def _reaction_weight(self) -> float:
+        # ASSUME reactions are regularised in kN/s: in newtons the term would dwarf all others. It
+        # is never left out, because the midpoint rule does not see alternating reactions.
+        return self.weights.regularisation
+
+    def _glenoid(self, x: Trajectory) -> np.ndarray:
+        return np.tile(self.glenoid, (len(x.q), 1))
+
+    def _rate(self, x: np.ndarray, weight: float) -> float:
+        return weight / self.step * float((np.diff(x, axis=0) ** 2).sum())
+
+    def _rate_gradient(self, x: np.ndarray, weight: float) -> np.ndarray:
+        gradient = np.zeros_like(x)
+        difference = 2 * weight / self.step * np.diff(x, axis=0)
+        gradient[1:] += difference
+        gradient[:-1] -= difference
+        return gradient

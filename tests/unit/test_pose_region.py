@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.pose_region import draw_poses
-from scapulohumeral.model.rotations import relative_angle, rotation_vector_to_quaternion
+from scapulohumeral.model.pose_region import draw_angles, draw_poses
+from scapulohumeral.model.rotations import (
+    relative_angle,
+    rotation_vector_to_quaternion,
+    trial_to_pose,
+)
 from scapulohumeral.model.thorax_clearance import attachment_levels, is_clear, segment_frames
 
 pytestmark = pytest.mark.unit
@@ -58,6 +62,31 @@ def test_quaternions_are_normalised_and_scalar_part_is_not_negative():
         assert poses[:, start].min() >= 0.0
 
 
+def test_angles_stay_within_the_margin_and_on_their_branch():
+    recorded = np.array([[0.1] * 7 + [-0.05, 0.3, 0.5]])  # GH_z is negative: the other branch
+    angles = draw_angles(recorded, 10.0, 2000, np.random.default_rng(1))
+    moved = angles - recorded
+    for start in (0, 3, 6):
+        distance = np.rad2deg(np.linalg.norm(moved[:, start : start + 3], axis=1))
+        assert distance.max() <= 10.0 + 1e-9
+        np.testing.assert_allclose(np.median(distance), 10.0 * 0.5 ** (1 / 3), rtol=0.02)
+    assert np.abs(moved[:, 9]).max() <= np.deg2rad(10.0)
+
+
+def test_refused_angles_are_judged_as_poses():
+    recorded = np.array([[0.1] * 10])
+    seen = []
+
+    def accept(poses):
+        seen.append(poses)
+        return poses[:, 12] > 0.1
+
+    angles = draw_angles(recorded, 10.0, 100, np.random.default_rng(1), accept)
+    assert angles[:, 9].min() > 0.1
+    kept = np.concatenate([poses[poses[:, 12] > 0.1] for poses in seen])[:100]
+    np.testing.assert_allclose(trial_to_pose(angles)[:, 12], kept[:, 12])
+
+
 def test_same_seed_same_poses_and_input_unchanged():
     recorded = REST.copy()
     first, second = (draw_poses(recorded, 10.0, 50, np.random.default_rng(7)) for _ in range(2))
@@ -101,3 +130,8 @@ def test_attachment_inside_the_thorax_is_not_clear():
     # In thorax axes at 0.02 - (0.16 - 0.14) = 0: the centre of the ellipsoid.
     assert attachment_levels(record, inside)["wall"][0] == pytest.approx(-1.0)
     assert is_clear(record, inside).tolist() == [False]
+
+
+def test_clearance_asks_for_more_distance():
+    assert is_clear(RECORD, REST, 2.9).tolist() == [True]  # the level is 3
+    assert is_clear(RECORD, REST, 3.1).tolist() == [False]

@@ -74,3 +74,22 @@ def test_trial_and_pose_round_trip():
     pose = rot.trial_to_pose(angles)
     assert pose.shape == (6, 13)
     np.testing.assert_allclose(rot.pose_to_trial(pose), angles, atol=1e-13)
+
+
+@pytest.mark.parametrize("sequence", ["YZX", "YZY"])
+def test_euler_rates_give_the_angular_velocity_in_child_axes(sequence):
+    """Against the turn between two instants, R(t - h)^T R(t + h), seen from the child."""
+    angles = RNG.uniform(-1.5, 1.5, (20, 3))
+    rates, h = RNG.normal(size=(20, 3)), 1e-5
+    before, after = (rot.euler_to_quaternion(angles + s * h * rates, sequence) for s in (-1, 1))
+    turn = rot.quaternion_multiply(rot.quaternion_conjugate(before), after)
+    turn *= np.sign(turn[:, :1])
+    expected = turn[:, 1:] / h
+    actual = np.einsum("pij,pj->pi", rot.euler_rate_jacobian(angles, sequence), rates)
+    np.testing.assert_allclose(actual, expected, atol=1e-8)
+
+
+def test_euler_rate_jacobian_is_singular_at_gimbal_lock_only():
+    angles = np.array([[0.3, 0.0, 0.4], [0.3, 0.2, 0.4]])
+    determinants = np.linalg.det(rot.euler_rate_jacobian(angles, "YZY"))
+    np.testing.assert_allclose(np.abs(determinants), [0.0, np.sin(0.2)], atol=1e-15)

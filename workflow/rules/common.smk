@@ -81,6 +81,12 @@ def recordings(wildcards):
     return [str(path) for path in trials_of(wildcards.participant).values()]
 
 
+def elevations(wildcards):
+    """Recorded arm elevations of a participant, configured or not."""
+    trials = trials_of(wildcards.participant)
+    return [str(trials[plane]) for plane in ("frontal", "scapular", "sagittal") if plane in trials]
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

@@ -33,41 +33,46 @@ rule build_participant_model:
 
 
 rule sample_muscle_geometry:
-    # Runs opensim.
+    # Runs opensim. Each formulation has its own poses: functions of Euler angles need samples on the
+    # branch of the recorded angles, also close to their singularity.
     input:
-        tables=MODEL_TABLES,
         participant="config/participants/{participant}/participant.yaml",
         recordings=recordings,
+        model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
         code=code_of(
             "scapulohumeral.model.opensim_sampling",
             "scapulohumeral.model.participant",
             "scapulohumeral.model.pose_region",
-            "scapulohumeral.model.tables",
+            "scapulohumeral.model.thorax_clearance",
         ),
     output:
-        samples="results/muscle_geometry/{participant}/samples.npz",
+        samples="results/muscle_geometry/{participant}/{formulation}_samples.npz",
     log:
-        python="results/logs/sample_muscle_geometry/{participant}.python.log",
+        python="results/logs/sample_muscle_geometry/{participant}_{formulation}.python.log",
     benchmark:
-        "results/benchmarks/sample_muscle_geometry/{participant}.jsonl"
+        "results/benchmarks/sample_muscle_geometry/{participant}_{formulation}.jsonl"
     params:
         poses=lookup(within=config, dpath="geometry/poses"),
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
     threads: 1
     message:
-        "Muscle lengths of participant {wildcards.participant} at {params.poses} random poses"
+        "Muscle lengths of participant {wildcards.participant} at {params.poses} random poses,"
+        " {wildcards.formulation}"
     script:
         "../scripts/sample_muscle_geometry.py"
 
 
 rule fit_muscle_geometry:
     input:
-        samples="results/muscle_geometry/{participant}/samples.npz",
+        samples="results/muscle_geometry/{participant}/{formulation}_samples.npz",
         model="results/models/{participant}.json",
-        code=code_of("scapulohumeral.model.muscle_geometry", "scapulohumeral.stages.geometry"),
+        recordings=recordings,
+        equations="results/equations/{formulation}",
+        code=code_of("scapulohumeral.stages.geometry"),
     output:
         geometry="results/muscle_geometry/{participant}/{formulation}.npz",
         quality="results/muscle_geometry/{participant}/{formulation}_quality.csv",
@@ -76,6 +81,8 @@ rule fit_muscle_geometry:
     benchmark:
         "results/benchmarks/fit_muscle_geometry/{participant}_{formulation}.jsonl"
     params:
+        length_target_m=lookup(within=config, dpath="geometry/length_target_m"),
+        arm_target_m=lookup(within=config, dpath="geometry/arm_target_m"),
         rmse_change_stop=lookup(within=config, dpath="geometry/rmse_change_stop"),
     threads: 1
     message:
@@ -87,7 +94,7 @@ rule fit_muscle_geometry:
 rule fit_thorax:
     input:
         model="results/models/{participant}.json",
-        recordings=recordings,
+        recordings=elevations,
         code=code_of("scapulohumeral.stages.thorax"),
     output:
         thorax="results/models/{participant}_thorax.json",

@@ -6,14 +6,21 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.model.muscle_geometry import FitSettings
-from scapulohumeral.stages.geometry import fit_muscle_geometry
+from scapulohumeral.dynamics import compiled
+from scapulohumeral.model.muscle_fit import FitSettings
+from scapulohumeral.model.muscle_geometry import save_geometry
+from scapulohumeral.stages.geometry import assess_muscle_geometry, fit_muscle_geometry
 
-fit_muscle_geometry(
-    samples=Path(snakemake.input.samples),
-    model=Path(snakemake.input.model),
-    formulation=snakemake.wildcards.formulation,
-    settings=FitSettings(rmse_change=snakemake.params.rmse_change_stop),
-    geometry=Path(snakemake.output.geometry),
-    quality=Path(snakemake.output.quality),
+samples, model = Path(snakemake.input.samples), Path(snakemake.input.model)
+settings = FitSettings(
+    length_target_m=snakemake.params.length_target_m,
+    arm_target_m=snakemake.params.arm_target_m,
+    rmse_change=snakemake.params.rmse_change_stop,
 )
+fit = fit_muscle_geometry(samples, model, snakemake.wildcards.formulation, settings)
+save_geometry(fit.geometry, Path(snakemake.output.geometry))
+
+recordings = [Path(path) for path in snakemake.input.recordings]
+dynamics = compiled.load(Path(snakemake.input.equations))
+quality = assess_muscle_geometry(fit, samples, model, recordings, dynamics, settings)
+quality.to_csv(snakemake.output.quality, index=False, float_format="%.6g")

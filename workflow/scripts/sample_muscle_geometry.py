@@ -1,5 +1,6 @@
 """Rule sample_muscle_geometry: muscle lengths and their gradients at random poses. Runs opensim."""
 
+import json
 from pathlib import Path
 
 from _log import log_to_file
@@ -11,18 +12,24 @@ import opensim
 
 from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import draw_poses, recorded_poses
-from scapulohumeral.model.tables import read_tables
+from scapulohumeral.model.pose_region import draw_sample_angles
+from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.model.thorax_clearance import is_clear
 
 settings = snakemake.params
 folder = Path(snakemake.input.participant).parent
-recorded = recorded_poses(read_participant(folder.parent, folder.name))
-muscles = read_tables(Path(snakemake.input.tables[0]).parent).active_muscles
+participant = read_participant(folder.parent, folder.name)
+record = json.loads(Path(snakemake.input.model).read_text(encoding="utf-8"))
+muscles = [muscle["name"] for muscle in record["muscles"]]
 count = settings.poses + settings.held_out_poses
-rng = np.random.default_rng(settings.seed)
-poses = draw_poses(recorded, settings.margin_deg, count, rng)
-samples = sample_geometry(opensim.Model(snakemake.input.osim), poses, muscles)
-held_out = np.arange(count) >= settings.poses
-np.savez(
-    snakemake.output.samples, muscles=muscles, held_out=held_out, seed=settings.seed, **samples
+angles = draw_sample_angles(
+    participant,
+    snakemake.wildcards.formulation,
+    settings.margin_deg,
+    count,
+    np.random.default_rng(settings.seed),
+    lambda poses: is_clear(record, poses, settings.clearance),
 )
+samples = sample_geometry(opensim.Model(snakemake.input.osim), trial_to_pose(angles), muscles)
+held_out = np.arange(count) >= settings.poses
+np.savez(snakemake.output.samples, muscles=muscles, angles=angles, held_out=held_out, **samples)

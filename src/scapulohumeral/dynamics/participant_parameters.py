@@ -13,7 +13,11 @@ import numpy as np
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack
-from scapulohumeral.model.rotations import euler_to_quaternion, quaternion_to_matrix
+from scapulohumeral.model.rotations import (
+    JOINT_SEQUENCES,
+    euler_to_quaternion,
+    quaternion_to_matrix,
+)
 
 Array = np.ndarray
 REST_COORDINATES = {
@@ -21,7 +25,6 @@ REST_COORDINATES = {
     "AC": ("AC_y", "AC_z", "AC_x"),
     "GH": ("GH_y", "GH_z", "GH_yy"),
 }
-SEQUENCES = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
 
 
 def dynamics_parameters(
@@ -91,7 +94,7 @@ def rest_pose(record: Mapping[str, Any]) -> dict[str, Any]:
     rest: dict[str, Any] = {"rest_EL": middle("EL_x")}
     for joint in BALL_JOINTS:
         angles = np.array([middle(name) for name in REST_COORDINATES[joint]])
-        rest[f"rest_{joint}"] = quaternion_to_matrix(euler_to_quaternion(angles, SEQUENCES[joint]))
+        rest[f"rest_{joint}"] = quaternion_to_matrix(euler_to_quaternion(angles, JOINT_SEQUENCES[joint]))
     return rest
 
 

@@ -13,6 +13,7 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.rotations import (
     Array,
+    pose_to_trial,
     quaternion_multiply,
     rotation_vector_to_quaternion,
     trial_to_pose,
@@ -26,11 +27,41 @@ def _all(poses: Array) -> np.ndarray:
     return np.ones(len(poses), bool)
 
 
+def recorded_angles(participant: Participant) -> Array:
+    """Joint angles of all frames of all trials of a participant, shape (F, 10) [rad]."""
+    return np.concatenate([trial.motion.angles_rad for trial in participant.trials.values()])
+
+
 def recorded_poses(participant: Participant) -> Array:
     """Poses of all frames of all trials of a participant, shape (F, 13)."""
     return np.concatenate(
         [trial_to_pose(trial.motion.angles_rad) for trial in participant.trials.values()]
     )
+
+
+def draw_sample_angles(
+    participant: Participant,
+    formulation: str,
+    margin_deg: float,
+    count: int,
+    rng: np.random.Generator,
+    accept: Callable[[Array], np.ndarray] = _all,
+) -> Array:
+    """Joint angles, shape (P, 10) [rad], at which a formulation's geometry is sampled.
+
+    For "quaternion" by `draw_poses`, for "euler" by `draw_angles`; arguments are theirs.
+
+    Raises
+    ------
+    ConfigError                      unknown formulation, or a margin that cannot be used
+    """
+    if formulation == "quaternion":
+        return pose_to_trial(
+            draw_poses(recorded_poses(participant), margin_deg, count, rng, accept)
+        )
+    if formulation == "euler":
+        return draw_angles(recorded_angles(participant), margin_deg, count, rng, accept)
+    raise ConfigError(f"unknown formulation {formulation!r}: choose quaternion or euler")
 
 
 def draw_poses(
@@ -61,21 +92,71 @@ def draw_poses(
     ConfigError                      if the margin is not between 0 and 90 degrees, or so large that
                                      fewer than FEWEST_ACCEPTED of the draws pass
     """
+    recorded = np.asarray(recorded, float)
+    return _draw(lambda margin: _turned(recorded, margin, count, rng), margin_deg, count, accept)
+
+
+def draw_angles(
+    recorded: Array,
+    margin_deg: float,
+    count: int,
+    rng: np.random.Generator,
+    accept: Callable[[Array], np.ndarray] = _all,
+) -> Array:
+    """Joint angles near recorded ones: moved at random, on the recorded branch.
+
+    Near gimbal lock the same orientations have angles far from each other; functions of the angles
+    need samples where the recorded angles are.
+
+    Parameters
+    ----------
+    recorded : array, shape (F, 10)  [rad]
+    margin_deg : float               largest change of the three angles of SC, AC and GH together
+                                     (uniform in a ball, as in `draw_poses`) and of the elbow
+    count, rng, accept               as in `draw_poses`; accept gets the poses of the angles
+
+    Returns
+    -------
+    array, shape (P, 10)             [rad]
+
+    Raises
+    ------
+    ConfigError                      as in `draw_poses`
+    """
+    recorded = np.asarray(recorded, float)
+
+    def moved(margin: float) -> Array:
+        angles = recorded[rng.integers(len(recorded), size=count)]
+        for start in (0, 3, 6):
+            angles[:, start : start + 3] += margin * _uniform_in_ball(count, rng)
+        angles[:, 9] += rng.uniform(-margin, margin, count)
+        return angles
+
+    return _draw(moved, margin_deg, count, lambda angles: accept(trial_to_pose(angles)))
+
+
+def _draw(
+    candidates: Callable[[float], Array],
+    margin_deg: float,
+    count: int,
+    accept: Callable[[Array], np.ndarray],
+) -> Array:
+    """Accepted rows of `candidates(margin in rad)`, drawn until there are enough."""
     if not 0.0 <= margin_deg <= 90.0:
-        raise ConfigError(f"margin {margin_deg} deg; expected 0 to 90. Recommended: 15.")
+        raise ConfigError(f"margin {margin_deg} deg; expected 0 to 90. Recommended: 10.")
     drawn: list[Array] = []
-    while sum(len(poses) for poses in drawn) < count:
-        poses = _perturbed(np.asarray(recorded, float), np.deg2rad(margin_deg), count, rng)
-        drawn.append(poses[accept(poses)])
+    while sum(len(rows) for rows in drawn) < count:
+        rows = candidates(np.deg2rad(margin_deg))
+        drawn.append(rows[accept(rows)])
         if len(drawn[-1]) < FEWEST_ACCEPTED * count:
             raise ConfigError(
                 f"margin {margin_deg} deg: {len(drawn[-1])} of {count} drawn poses are possible; "
-                f"expected {FEWEST_ACCEPTED:.0%} or more. Choose a smaller margin."
+                f"expected {FEWEST_ACCEPTED:.0%} or more. Choose a smaller margin or clearance."
             )
     return np.concatenate(drawn)[:count]
 
 
-def _perturbed(recorded: Array, margin: float, count: int, rng: np.random.Generator) -> Array:
+def _turned(recorded: Array, margin: float, count: int, rng: np.random.Generator) -> Array:
     poses = recorded[rng.integers(len(recorded), size=count)]
     for start in (0, 4, 8):
         turn = rotation_vector_to_quaternion(margin * _uniform_in_ball(count, rng))

@@ -106,6 +106,32 @@ def quaternion_to_euler(q: ArrayLike, sequence: EulerSequence) -> Array:
     return rotation.as_euler(sequence).reshape(*q.shape[:-1], 3)
 
 
+def euler_rate_jacobian(angles: ArrayLike, sequence: EulerSequence) -> Array:
+    """Map J from Euler angle rates to angular velocity in child axes, omega = J d(angles)/dt.
+
+    The columns are the axes of the three rotations, seen from the child.
+
+    Parameters
+    ----------
+    angles : array, shape (..., 3)   [rad], in the order of `sequence`
+    sequence : "YZX" or "YZY"
+
+    Returns
+    -------
+    array, shape (..., 3, 3)         singular where the angles are at gimbal lock
+    """
+    angles = np.asarray(angles, float)
+    axes = [np.eye(3)["XYZ".index(axis)] for axis in sequence]
+    flat = angles.reshape(-1, 3)
+    after = [
+        Rotation.from_euler(sequence[1:], flat[:, 1:]),
+        Rotation.from_euler(sequence[2:], flat[:, 2:]),
+        Rotation.identity(len(flat)),
+    ]
+    columns = [turn.apply(axis, inverse=True) for turn, axis in zip(after, axes, strict=True)]
+    return np.stack(columns, axis=-1).reshape(*angles.shape[:-1], 3, 3)
+
+
 def make_continuous(q: ArrayLike) -> Array:
     """Choose signs so that consecutive quaternions in time are nearest: q and -q are one rotation.
 

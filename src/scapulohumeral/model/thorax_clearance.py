@@ -71,6 +71,10 @@ def _level(surface: Mapping[str, Any], frame: Frame, location: list[float]) -> A
     return np.sum(offset**2, axis=1) - 1.0
 
 
-def is_clear(record: Mapping[str, Any], poses: Array) -> np.ndarray:
-    """Whether all attachments are outside the surfaces of the thorax, boolean array (P,)."""
-    return np.all([level > 0.0 for level in attachment_levels(record, poses).values()], axis=0)
+def is_clear(record: Mapping[str, Any], poses: Array, clearance: float = 0.0) -> np.ndarray:
+    """Whether all attachments are outside the surfaces of the thorax, boolean array (P,).
+
+    They are if their level is above `clearance` [1].
+    """
+    levels = attachment_levels(record, poses)
+    return np.all([level > clearance for level in levels.values()], axis=0)

@@ -1,0 +1,100 @@
+"""The thorax ellipsoid passes through the recorded contact points and stays near the model's."""
+
+import json
+
+import numpy as np
+import pytest
+
+from scapulohumeral.errors import ModelError
+from scapulohumeral.model.participant import ANGLE_COLUMNS
+from scapulohumeral.stages import thorax
+
+pytestmark = pytest.mark.unit
+
+CENTRE, RADII = np.array([0.0, -0.2, 0.08]), np.array([0.16, 0.23, 0.1])
+
+
+def surface_points(centre, radii, count=400):
+    """Points on the back right of an ellipsoid, where the scapula slides."""
+    direction = np.abs(np.random.default_rng(1).normal(size=(count, 3)))
+    direction[:, 1] -= 0.8
+    return centre + radii * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+
+
+def test_level_set_is_zero_on_the_surface_and_minus_one_at_the_centre():
+    points = surface_points(CENTRE, RADII)
+    np.testing.assert_allclose(thorax.level_set(points, CENTRE, RADII), 0.0, atol=1e-14)
+    assert thorax.level_set(CENTRE, CENTRE, RADII) == -1.0
+
+
+def test_prior_that_fits_is_kept():
+    centre, radii = thorax.fit_ellipsoid(surface_points(CENTRE, RADII), CENTRE, RADII)
+    np.testing.assert_allclose(centre, CENTRE, atol=1e-6)
+    np.testing.assert_allclose(radii, RADII, atol=1e-6)
+
+
+def test_fit_moves_to_the_points():
+    points = surface_points(CENTRE + 0.01, RADII * 1.1)
+    centre, radii = thorax.fit_ellipsoid(points, CENTRE, RADII)
+    level = thorax.level_set(points, centre, radii)
+    assert np.sqrt(np.mean(level**2)) < 0.02
+    assert np.sqrt(np.mean(thorax.level_set(points, CENTRE, RADII) ** 2)) > 0.2
+
+
+def test_number_of_frames_does_not_matter():
+    points = surface_points(CENTRE + 0.02, RADII * 1.2)
+    once = thorax.fit_ellipsoid(points, CENTRE, RADII)
+    twice = thorax.fit_ellipsoid(np.tile(points, (2, 1)), CENTRE, RADII)
+    np.testing.assert_allclose(np.concatenate(once), np.concatenate(twice), rtol=1e-5)
+
+
+def test_radii_stay_plausible():
+    _, radii = thorax.fit_ellipsoid(surface_points(CENTRE, 2.0 * RADII), CENTRE, RADII)
+    assert np.all(radii / RADII <= 1.3 + 1e-9)
+
+
+def make_record():
+    return {
+        "participant": "par9",
+        "joints": {
+            "sc1": {"location_m": [0.02, 0.0, -0.02]},
+            "ac1": {"location_m": [0.16, 0.0, 0.0]},
+        },
+        "markers": {
+            "upper": {"body": "scapula_r", "location_m": [-0.12, -0.04, 0.0]},
+            "lower": {"body": "scapula_r", "location_m": [-0.11, -0.13, 0.01]},
+        },
+        "constants": {"scapulothoracic_contact": {"points": ["upper", "lower"]}},
+        "wrap_objects": [
+            {
+                "name": "serr_ant",
+                "translation_m": CENTRE.tolist(),
+                "dimensions_m": RADII.tolist(),
+            }
+        ],
+    }
+
+
+def test_stage_writes_ellipsoid_misfit_and_prior(tmp_path):
+    record = make_record()
+    record["joints"]["gh1"] = {"location_m": [0.0, 0.0, 0.0]}
+    model, recording, output = (tmp_path / name for name in ("m.json", "r.csv", "t.json"))
+    model.write_text(json.dumps(record))
+    angles = np.linspace(
+        [-40, 5, 0, 45, 5, 0, 20, 10, 0, 20], [-20, 15, 20, 55, 10, 5] + [50] * 4, 9
+    )
+    lines = [",".join(("time_s", *ANGLE_COLUMNS))]
+    lines += [",".join(map(str, (0.1 * i, *row))) for i, row in enumerate(angles)]
+    recording.write_text("\n".join(lines) + "\n")
+    thorax.fit_thorax(model, [recording, recording], output)
+    document = json.loads(output.read_text())
+    assert document["schema"] == "thorax/1"
+    assert document["participant"] == "par9"
+    assert document["level_min"] <= document["level_mean"] <= document["level_max"]
+    assert document["level_sd"] < 0.2
+    assert document["prior"]["radii_m"] == RADII.tolist()
+
+
+def test_missing_surface_is_named():
+    with pytest.raises(ModelError, match="par9.*serr_ant"):
+        thorax.prior_ellipsoid({**make_record(), "wrap_objects": []})

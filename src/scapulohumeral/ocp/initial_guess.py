@@ -10,11 +10,14 @@ from scipy.optimize import lsq_linear
 
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
+from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 
 EFFORT_WEIGHT = 0.5
+MOMENT_WEIGHT = 0.01  # 1/(N m): 10 N m weigh as much as 3.4 deg of rotation
+RELIEF_STEPS = 40
 
 
 def coordinates(formulation: str, angles: np.ndarray) -> np.ndarray:
@@ -58,6 +61,47 @@ def static_optimisation(
     return activation, reaction / REACTION_UNIT_N
 
 
+def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Poses (N, Nq) near the recorded ones with bearable moments of contact and ligament.
+
+    Recorded scapulae lie some millimetres inside the stiff thorax surface, which means hundreds of
+    newton metres. Levenberg-Marquardt steps at each node trade the distance from the recorded pose
+    against that moment.
+    """
+    free = unpack(parameters)
+    for name in ("gravity", "joint_stiffness"):
+        free[name] = np.zeros_like(free[name])
+    weightless = pack(free)
+    nq = q.shape[1]
+    recorded = q
+
+    def residuals(pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = np.hstack([pose, np.zeros((len(pose), 23))])
+        moment = MOMENT_WEIGHT * forces.dynamics.residual(z, weightless)[:, :10]
+        slope = MOMENT_WEIGHT * forces.dynamics.jacobian(z, weightless)[:, :10, :nq]
+        value = np.concatenate([pose - recorded, moment], axis=1)
+        return value, np.concatenate([np.tile(np.eye(nq), (len(pose), 1, 1)), slope], axis=1)
+
+    damping = np.full(len(q), 1e-2)
+    value, slope = residuals(q)
+    for _ in range(RELIEF_STEPS):
+        normal = np.matmul(slope.transpose(0, 2, 1), slope)
+        normal += damping[:, None, None] * np.eye(nq)
+        gradient = np.einsum("nki,nk->ni", slope, value)
+        trial = q - np.linalg.solve(normal, gradient[..., None])[..., 0]
+        trial_value, trial_slope = residuals(trial)
+        better = (trial_value**2).sum(axis=1) < (value**2).sum(axis=1)
+        q = np.where(better[:, None], trial, q)
+        value = np.where(better[:, None], trial_value, value)
+        slope = np.where(better[:, None, None], trial_slope, slope)
+        damping = np.clip(np.where(better, 0.3, 5.0) * damping, 1e-8, 1e3)
+    if forces.dynamics.name == "quaternion":
+        for start in (0, 4, 8):
+            part = q[:, start : start + 4]
+            part /= np.linalg.norm(part, axis=1, keepdims=True)
+    return q
+
+
 def from_motion(
     forces: MuscleForces,
     muscles: MuscleParameters,
@@ -65,8 +109,8 @@ def from_motion(
     angles: np.ndarray,
     step: float,
 ) -> Trajectory:
-    """Starting point that follows recorded joint angles (N, 10) [rad]."""
-    q = coordinates(forces.dynamics.name, angles)
+    """Starting point near recorded joint angles (N, 10) [rad], almost in equilibrium."""
+    q = relieve_contact(forces, parameters, coordinates(forces.dynamics.name, angles))
     u = speeds(forces, q, step)
     activation, reaction = static_optimisation(forces, muscles, parameters, q, u, step)
     return Trajectory(q=q, u=u, a=activation, e=activation.copy(), reaction=reaction)

@@ -19,6 +19,9 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
 
 SUPERIOR_INFERIOR_SHARE = 0.31
+# Levenberg term of the Gauss-Newton Hessian: the tracking errors leave the axial rotation of the
+# clavicle free, and without this term the iterates swing in it.
+PROXIMAL_WEIGHT = 0.5
 
 
 @dataclass(frozen=True)
@@ -155,9 +158,11 @@ class Objective:
         )
 
     def hessian(self, x: Trajectory, exact: bool) -> ObjectiveHessian:
-        """Exact Hessian, or the Gauss-Newton one without curvature of the errors."""
+        """Exact Hessian, or the Gauss-Newton one: no curvature of the errors, slightly damped."""
         error, jacobian = self.errors.function.first(x.q, self.reference)
         h_q = np.einsum("ne,nei,nej->nij", 2 * self._error_weights, jacobian, jacobian, optimize=True)
+        if not exact:
+            h_q += PROXIMAL_WEIGHT * np.eye(h_q.shape[1])
         if exact:
             weights = 2 * self._error_weights * error
             h_q += self.errors.function.all(x.q, self.reference, weights)[2]

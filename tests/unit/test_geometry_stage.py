@@ -1,10 +1,15 @@
 """Samples of OpenSim become lengths and gradients in the coordinates of each formulation."""
 
+import json
+
 import numpy as np
 import pytest
 
+from scapulohumeral.model.muscle_fit import FitSettings
+from scapulohumeral.model.participant import ANGLE_COLUMNS
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
+    quaternion_to_matrix,
     rotation_vector_to_quaternion,
     trial_to_pose,
 )
@@ -105,3 +110,73 @@ def test_samples_are_split_and_expressed_in_the_coordinates(
             speeds[k] * (turned(pose, k, 1) - turned(pose, k, -1)) / (2 * STEP) for k in range(10)
         )
         np.testing.assert_allclose(moved, rate[:, [1, 2, 3, 5, 6, 7, 9, 10, 11, 12]], atol=1e-7)
+
+
+STRAIGHT_MUSCLE = {
+    "name": "example",
+    "points": [
+        {"body": "scapula_r", "location_m": [-0.05, -0.1, 0.02]},
+        {"body": "humerus_r", "location_m": [0.02, -0.1, 0.03]},
+    ],
+    "wraps": [],
+    "max_isometric_force_N": 300.0,
+    "optimal_fibre_length_m": 0.04,
+    "tendon_slack_length_m": 0.02,
+    "activation_time_s": 0.01,
+    "deactivation_time_s": 0.04,
+}
+HILL = {
+    "f_gauss": 0.25,
+    "k_pe": 5.0,
+    "epsilon_m0": 0.6,
+    "d1": -0.318,
+    "d2": -8.149,
+    "d3": -0.374,
+    "d4": 0.886,
+    "v_max": 10.0,
+}
+
+
+def test_assessment_of_an_exact_path(equations, tmp_path):
+    """Samples of a straight path from plain geometry; one held-out length is 1 mm off."""
+    record = {**RECORD, "muscles": [STRAIGHT_MUSCLE], "constants": {"hill": HILL}}
+    origin = np.array(STRAIGHT_MUSCLE["points"][0]["location_m"])
+    tip = np.array(STRAIGHT_MUSCLE["points"][1]["location_m"])
+    gh = quaternion_to_matrix(trial_to_pose(ANGLES)[:, 8:12])
+    line = np.array(RECORD["joints"]["gh1"]["location_m"]) + gh @ tip - origin
+    distance = np.linalg.norm(line, axis=1)
+    gradient = np.zeros((12, 1, 10))
+    pull = np.einsum("pij,pi->pj", gh, line / distance[:, None])
+    gradient[:, 0, 6:9] = np.cross(tip, pull)
+    sampled_length = distance[:, None].copy()
+    sampled_length[-1] += 1e-3
+    np.savez(
+        tmp_path / "samples.npz",
+        angles=ANGLES,
+        held_out=np.arange(12) >= 8,
+        length_m=sampled_length,
+        rotation_gradient_m=gradient,
+        gh_translation=(line / distance[:, None])[:, None],
+        smooth=np.ones((12, 1), bool),
+    )
+    (tmp_path / "model.json").write_text(json.dumps(record))
+    table = np.column_stack([np.arange(12), np.rad2deg(ANGLES)])
+    np.savetxt(
+        tmp_path / "recording.csv",
+        table,
+        delimiter=",",
+        header=",".join(("time_s", *ANGLE_COLUMNS)),
+        comments="",
+    )
+    files = (tmp_path / "samples.npz", tmp_path / "model.json")
+    fit = geometry.fit_muscle_geometry(*files, equations.name, FitSettings())
+    quality = geometry.assess_muscle_geometry(
+        fit, *files, [tmp_path / "recording.csv"], equations, FitSettings()
+    ).iloc[0]
+    assert (quality.muscle, quality.path, quality.joints) == ("example", "straight", "GH")
+    assert quality.length_max_mm == pytest.approx(1.0)
+    assert quality.length_rmse_mm == pytest.approx(0.5)  # one of four
+    assert quality.arm_rmse_worst_mm == pytest.approx(0.0, abs=1e-9)
+    assert quality.direction_rmse == pytest.approx(0.0, abs=1e-12)
+    assert quality.fibre_max == pytest.approx((distance.max() - 0.02) / 0.04)
+    assert bool(quality.fibre_outside) == (quality.fibre_max > 1.8)

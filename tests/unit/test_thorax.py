@@ -41,6 +41,15 @@ def test_fit_moves_to_the_points():
     assert np.sqrt(np.mean(thorax.level_set(points, CENTRE, RADII) ** 2)) > 0.2
 
 
+def test_scattered_points_are_rather_left_outside():
+    """A scapula inside the thorax is pushed with hundreds of newtons, one outside with none."""
+    points = surface_points(CENTRE, RADII)
+    points += 0.01 * np.random.default_rng(2).normal(size=points.shape)
+    level = thorax.level_set(points, *thorax.fit_ellipsoid(points, CENTRE, RADII))
+    assert np.mean(level < 0.0) < 0.3
+    assert level.mean() > 0.0
+
+
 def test_number_of_frames_does_not_matter():
     points = surface_points(CENTRE + 0.02, RADII * 1.2)
     once = thorax.fit_ellipsoid(points, CENTRE, RADII)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -199,8 +200,8 @@ def _arguments(formulation: Formulation) -> dict[str, ca.SX]:
     return {"z": z, "q": q, "u": u, "ud": ud, "R": reaction, "p": ca.SX.sym("p", SIZE)}
 
 
-def sympy_to_casadi(expressions, table: dict[sm.Expr, ca.SX]) -> list[ca.SX]:
-    """Evaluate SymPy expressions on CasADi symbols."""
+def sympy_to_casadi(expressions: Sequence[sm.Expr], table: dict[sm.Expr, ca.SX]) -> list[ca.SX]:
+    """SymPy expressions in CasADi symbols; `table` gives the CasADi symbol of each SymPy one."""
     function = sm.lambdify(list(table), list(expressions), modules=[CASADI_NAMES])
     return [ca.SX(e) for e in function(*table.values())]
 
@@ -289,9 +290,8 @@ class VectorFunction:
         return self._call(x, p, weights)
 
     def _call(self, x, p, weights):
-        value, jacobian, curvature = (
-            np.array(r).T for r in self.function(*(np.ascontiguousarray(a.T) for a in (x, p, weights)))
-        )
+        columns = [np.ascontiguousarray(a.T) for a in (x, p, weights)]
+        value, jacobian, curvature = (np.array(r).T for r in self.function(*columns))
         n, width = x.shape
         return (
             value,
@@ -300,7 +300,9 @@ class VectorFunction:
         )
 
 
-def compile_vector(variables, parameters, expressions) -> VectorFunction:
+def compile_vector(
+    variables: Sequence[sm.Expr], parameters: Sequence[sm.Expr], expressions: Sequence[sm.Expr]
+) -> VectorFunction:
     """Numeric function of SymPy expressions in ordered variables and parameters."""
     x = ca.SX.sym("x", len(variables))
     p = ca.SX.sym("p", max(len(parameters), 1))

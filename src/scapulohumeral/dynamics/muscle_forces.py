@@ -25,7 +25,6 @@ from scipy import sparse
 from scapulohumeral.dynamics.compiled import CompiledDynamics
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
-from scapulohumeral.errors import ModelError
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
 
 
@@ -67,23 +66,31 @@ class MuscleForces:
         """dL/dx, shape (N, M, 13): rotations behind the speeds [m/rad], then translations [1]."""
         return self._arms(self._state(q, np.zeros((len(q), 10))))
 
-    def tension(self, q, u, activation, muscles: MuscleParameters) -> np.ndarray:
-        """Muscle force, shape (N, M) [N], for activation (N, M)."""
+    def tension(
+        self, q: np.ndarray, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+    ) -> np.ndarray:
+        """Muscle force, shape (N, M) [N], for q (N, Nq), u (N, Nu), activation (N, M) [1]."""
         state = self._state(q, u)
         force = force_derivatives(state.length, state.velocity, muscles)
         return force.active * activation + force.passive
 
-    def generalised(self, q, u, activation, muscles: MuscleParameters) -> np.ndarray:
-        """Generalised muscle forces, shape (N, K) [N m, last three N]."""
+    def generalised(
+        self, q: np.ndarray, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+    ) -> np.ndarray:
+        """Generalised muscle forces, shape (N, K), arguments as in :meth:`tension`.
+
+        The first ten are conjugate to the speeds [N m]; the last three are the force on the
+        humeral head along scapula axes [N].
+        """
         state = self._state(q, u)
         force = force_derivatives(state.length, state.velocity, muscles)
         tension = force.active * activation + force.passive
         return -np.einsum("nm,nmk->nk", tension, self._arms(state))
 
     def jacobian(
-        self, q, u, activation, muscles: MuscleParameters
+        self, q: np.ndarray, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Generalised forces and their derivatives.
+        """Generalised forces as in :meth:`generalised`, and their derivatives.
 
         Returns (N, K); d/d(q, u) (N, K, X); d/d activation (N, K, M).
         """
@@ -110,7 +117,12 @@ class MuscleForces:
         )
 
     def hessian(
-        self, q, u, activation, multipliers, muscles: MuscleParameters
+        self,
+        q: np.ndarray,
+        u: np.ndarray,
+        activation: np.ndarray,
+        multipliers: np.ndarray,
+        muscles: MuscleParameters,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Second derivatives of multipliers . generalised forces, multipliers (N, K).
 
@@ -150,12 +162,11 @@ class MuscleForces:
         feature, gradient = self.features.first(q)
         g = self.geometry
         y = feature @ self._length.T
-        if np.any(y <= 0):
-            node, muscle = np.unravel_index(int(np.argmin(y)), y.shape)
-            raise ModelError(f"length of {g.names[muscle]} is not positive at node {node}")
         y_q = _contract(self._length, gradient)
         t_value = (feature @ self._translation.T).reshape(len(q), 3, -1).transpose(0, 2, 1)
-        root = np.sqrt(np.where(g.straight, y, 1.0))
+        with np.errstate(invalid="ignore"):
+            # Not a number far outside the unit sphere: IPOPT then shortens its step.
+            root = np.sqrt(np.where(g.straight, y, 1.0))
         links = (
             np.where(g.straight, root, y),
             np.where(g.straight, 0.5 / root, 1.0),

@@ -94,7 +94,9 @@ def rest_pose(record: Mapping[str, Any]) -> dict[str, Any]:
     rest: dict[str, Any] = {"rest_EL": middle("EL_x")}
     for joint in BALL_JOINTS:
         angles = np.array([middle(name) for name in REST_COORDINATES[joint]])
-        rest[f"rest_{joint}"] = quaternion_to_matrix(euler_to_quaternion(angles, JOINT_SEQUENCES[joint]))
+        rest[f"rest_{joint}"] = quaternion_to_matrix(
+            euler_to_quaternion(angles, JOINT_SEQUENCES[joint])
+        )
     return rest
 
 

@@ -43,7 +43,7 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     Parameters
     ----------
     model : Path                     model record, "model/1"
-    recordings : paths               all recorded motions of the participant
+    recordings : paths               arm elevations of the participant, joint angles over time
     thorax : Path                    file to write: centre and radii [m] along thorax axes, the
                                      remaining level-set values [1], and the prior
 

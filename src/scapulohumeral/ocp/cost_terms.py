@@ -130,5 +130,3 @@ def stability_errors() -> VectorFunction:
     angles = sm.symbols("inclination version")
     compression, superior, posterior = glenoid_rotation(*angles).T * sm.Matrix(reaction)
     return compile_vector(reaction, angles, [superior / compression, posterior / compression])
-
-

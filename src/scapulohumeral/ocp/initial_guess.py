@@ -28,7 +28,9 @@ def coordinates(formulation: str, angles: np.ndarray) -> np.ndarray:
 def speeds(forces: MuscleForces, q: np.ndarray, step: float) -> np.ndarray:
     """Generalised speeds (N, 10) [rad/s] of coordinates (N, Nq) at a mesh interval [s]."""
     rate = np.gradient(q, step, axis=0)
-    return np.einsum("nji,nj->ni", np.linalg.pinv(forces.dynamics.rate_map(q)).transpose(0, 2, 1), rate)
+    return np.einsum(
+        "nji,nj->ni", np.linalg.pinv(forces.dynamics.rate_map(q)).transpose(0, 2, 1), rate
+    )
 
 
 def static_optimisation(

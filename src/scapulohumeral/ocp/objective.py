@@ -160,7 +160,9 @@ class Objective:
     def hessian(self, x: Trajectory, exact: bool) -> ObjectiveHessian:
         """Exact Hessian, or the Gauss-Newton one: no curvature of the errors, slightly damped."""
         error, jacobian = self.errors.function.first(x.q, self.reference)
-        h_q = np.einsum("ne,nei,nej->nij", 2 * self._error_weights, jacobian, jacobian, optimize=True)
+        h_q = np.einsum(
+            "ne,nei,nej->nij", 2 * self._error_weights, jacobian, jacobian, optimize=True
+        )
         if not exact:
             h_q += PROXIMAL_WEIGHT * np.eye(h_q.shape[1])
         if exact:

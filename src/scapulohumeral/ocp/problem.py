@@ -197,8 +197,19 @@ class Problem(opty.Problem):
 
     def intermediate(self, *args) -> bool:
         """Record progress; False asks IPOPT to stop."""
-        names = ("mode", "iteration", "objective", "primal_infeasibility", "dual_infeasibility",
-                 "barrier", "step", "regularisation", "dual_step", "primal_step", "trials")
+        names = (
+            "mode",
+            "iteration",
+            "objective",
+            "primal_infeasibility",
+            "dual_infeasibility",
+            "barrier",
+            "step",
+            "regularisation",
+            "dual_step",
+            "primal_step",
+            "trials",
+        )
         self.obj_value.append(args[2])
         if self.progress is None:
             return True

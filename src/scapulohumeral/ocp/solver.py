@@ -55,9 +55,7 @@ class SolverSettings:
     def __post_init__(self) -> None:
         """Refuse what IPOPT would not understand."""
         if self.strategy not in STRATEGIES:
-            raise ConfigError(
-                f"hessian {self.strategy!r}: choose one of {', '.join(STRATEGIES)}"
-            )
+            raise ConfigError(f"hessian {self.strategy!r}: choose one of {', '.join(STRATEGIES)}")
         if not 0 < self.tolerance < 1:
             raise ConfigError(f"tolerance {self.tolerance}: expected a number between 0 and 1")
 

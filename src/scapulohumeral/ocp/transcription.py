@@ -224,8 +224,9 @@ class Collocation:
         nq = self.layout.coordinates
         dynamics = self.forces.dynamics
         constant, linear = dynamics.kinematics_constant != 0, dynamics.kinematics_linear != 0
-        kinematic = np.hstack([np.eye(nq, dtype=bool) | linear.any(axis=1),
-                               constant | linear.any(axis=2)])
+        kinematic = np.hstack(
+            [np.eye(nq, dtype=bool) | linear.any(axis=1), constant | linear.any(axis=2)]
+        )
         jac = dynamics.jacobian_pattern
         dynamic = jac[:, : nq + 10].copy()
         dynamic[:, nq:] |= jac[:, nq + 10 : nq + 20]

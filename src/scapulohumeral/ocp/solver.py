@@ -7,6 +7,7 @@ multipliers, which converges quadratically.
 
 from __future__ import annotations
 
+import io
 import json
 import time
 from collections.abc import Callable
@@ -118,7 +119,7 @@ def solve(
     history: list[dict] = []
     point = start
     phases = _phases(settings, warm=start.multipliers is not None)
-    with open(log, "w") if log else _Silent() as stream:
+    with log.open("w", encoding="utf-8") if log else io.StringIO() as stream:
         for mode, options in phases:
             problem = make_problem(mode)
             problem.progress = _recorder(mode, history, stream, begin)
@@ -133,22 +134,6 @@ def solve(
         seconds=time.perf_counter() - begin,
         history=history,
     )
-
-
-class _Silent:
-    """A stream that keeps nothing."""
-
-    def __enter__(self) -> _Silent:
-        return self
-
-    def __exit__(self, *_) -> None:
-        return None
-
-    def write(self, _: str) -> None:
-        return None
-
-    def flush(self) -> None:
-        return None
 
 
 def _phases(settings: SolverSettings, warm: bool) -> list[tuple[str, dict]]:

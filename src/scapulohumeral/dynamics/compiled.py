@@ -29,7 +29,13 @@ from scapulohumeral.errors import ModelError
 
 FUNCTIONS = ("residual", "jacobian", "hessian", "features", "feature_second", "pose_matrices")
 FEATURE_BLOCKS = ("SC", "AC", "TS", "GH")
-CASADI_NAMES = {"sin": ca.sin, "cos": ca.cos, "sqrt": ca.sqrt}
+CASADI_NAMES = {
+    "sin": ca.sin,
+    "cos": ca.cos,
+    "sqrt": ca.sqrt,
+    "asin": ca.asin,
+    "atan2": ca.atan2,
+}
 NUMBER_OF_FEATURES = 9 * len(FEATURE_BLOCKS)
 
 

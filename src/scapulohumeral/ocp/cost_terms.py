@@ -21,6 +21,7 @@ from scapulohumeral.dynamics.formulation import (
 from scapulohumeral.model.rotations import (
     make_continuous,
     quaternion_multiply,
+    quaternion_to_euler,
     quaternion_to_matrix,
     trial_to_pose,
 )
@@ -46,11 +47,12 @@ class PoseErrors:
 
         ``ac_distance`` is the distance [m] of the acromioclavicular joint from the sternum.
         """
-        if "norm" not in self.groups:
-            return angles
         pose = trial_to_pose(angles)
         scapula = make_continuous(quaternion_multiply(pose[:, :4], pose[:, 4:8]))
         humerus = make_continuous(quaternion_multiply(scapula, pose[:, 8:12]))
+        if "norm" not in self.groups:
+            segments = [quaternion_to_euler(scapula, "YZX"), quaternion_to_euler(humerus, "YZY")]
+            return np.hstack([angles[:, :2], *segments, angles[:, 9:]])
         ac = ac_distance * quaternion_to_matrix(pose[:, :4])[:, :, 0]
         distance = np.full((len(pose), 1), ac_distance)
         return np.hstack([distance, ac, scapula, humerus, pose[:, 12:]])
@@ -102,13 +104,35 @@ def _quaternion_errors(formulation: Formulation) -> PoseErrors:
 
 
 def _euler_errors(formulation: Formulation) -> PoseErrors:
-    """Differences of joint angles; axial rotation of the clavicle is left out (paper)."""
-    q = formulation.q
-    reference = sm.symbols("reference:10")
-    used = (0, 1, *range(3, 10))
-    errors = [q[i] - reference[i] for i in used]
+    """Differences of Euler angles: clavicle Y-Z (axial rotation is left out, as in the paper),
+    scapula Y-Z-X and humerus Y-Z-Y in the thorax frame, elbow.
+
+    The humerus angles are singular at zero elevation; that is what this formulation shows.
+    """
+    reference = sm.symbols("reference:9")
+    r = formulation.rotations
+    scapula = r["SC"] * r["AC"]
+    humerus = scapula * r["GH"]
+    lift = sm.sqrt(humerus[0, 1] ** 2 + humerus[2, 1] ** 2)
+    errors = [
+        formulation.q[0] - reference[0],
+        formulation.q[1] - reference[1],
+        _angle_difference(-scapula[2, 0], scapula[0, 0], reference[2]),
+        sm.asin(scapula[1, 0]) - reference[3],
+        _angle_difference(-scapula[1, 2], scapula[1, 1], reference[4]),
+        _angle_difference(humerus[2, 1], -humerus[0, 1], reference[5]),
+        _angle_difference(lift, humerus[1, 1], reference[6]),
+        _angle_difference(humerus[1, 2], humerus[1, 0], reference[7]),
+        formulation.q[9] - reference[8],
+    ]
     groups = ("clavicle",) * 2 + ("scapula",) * 3 + ("humerus",) * 3 + ("elbow",)
-    return PoseErrors(compile_vector(q, reference, errors), groups)
+    return PoseErrors(compile_vector(formulation.q, reference, errors), groups)
+
+
+def _angle_difference(sine, cosine, reference) -> sm.Expr:
+    """atan2(sine, cosine) - reference in (-pi, pi]; both arguments may have a common factor."""
+    s, c = sm.sin(reference), sm.cos(reference)
+    return sm.atan2(sine * c - cosine * s, cosine * c + sine * s)
 
 
 def glenoid_rotation(inclination, version) -> sm.Matrix:

@@ -1,0 +1,104 @@
+"""The report as one HTML file: results in, text out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.report import figures, solver_figures, tables
+from scapulohumeral.report.gimbal import gimbal_lock
+from scapulohumeral.report.paper import TRACKING_RMSE_DEG
+from scapulohumeral.report.study import ReportFiles, Study, read_study
+from scapulohumeral.report.targets import verdicts
+from scapulohumeral.stages.summary import summarise
+
+TEMPLATE = "template.html.j2"
+
+
+def render_report(files: ReportFiles) -> str:
+    """HTML text of the report; needs nothing but itself to be read.
+
+    Raises
+    ------
+    DataError                        no solve, or files that do not belong together
+    """
+    study = read_study(files)
+    summary = summarise(files.summaries)
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("scapulohumeral.report", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(TEMPLATE).render(_content(study, summary))
+
+
+def _content(study: Study, summary: pd.DataFrame) -> dict[str, Any]:
+    """Everything that the template shows, by name."""
+    return {
+        "study": study,
+        "participants": list(study.models),
+        "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
+        "verdicts": verdicts(summary, study.quality),
+        "tables": _tables(study),
+        "trials": [
+            {
+                "participant": trial.participant,
+                "plane": trial.trial,
+                "failed": [run.formulation for run in trial.runs.values() if run.failed],
+                "motion": figures.motion_figure(trial),
+                "excitation": figures.excitation_figure(trial),
+            }
+            for trial in study.trials
+        ],
+        "performance": solver_figures.performance_figure(study),
+        "convergence": solver_figures.convergence_figure(study),
+        "reaction": figures.reaction_figure(study.trials),
+        "gimbal": gimbal_lock(study),
+        "clavicle": clavicle_point(study),
+        "paper_rmse": TRACKING_RMSE_DEG,
+        "masses": sorted({record["masses"] for record in study.models.values()}),
+        "muscle_count": len(study.runs[0].solution.muscles),
+    }
+
+
+def _tables(study: Study) -> dict[str, tables.Table]:
+    makers = (
+        tables.masses,
+        tables.published_comparison,
+        tables.tracking_errors,
+        tables.solver,
+        tables.cost_terms,
+        tables.geometry,
+        tables.thoraxes,
+        tables.reactions,
+        tables.muscle_groups,
+        tables.timing,
+        tables.versions,
+        tables.hashes,
+        tables.settings,
+    )
+    return {maker.__name__: maker(study) for maker in makers}
+
+
+def clavicle_point(study: Study) -> dict[str, Any]:
+    """Where quaternion solves track the clavicle, where the paper does, and what that weighs.
+
+    A rotation by a small angle moves a point at distance d by d times the angle; the vector part
+    of a quaternion changes by half the angle. Squares of both are what the objective adds up.
+    """
+    points = {run.summary["settings"]["weights"]["clavicle_point_m"] for run in study.runs}
+    distances = [
+        float(np.linalg.norm(record["joints"]["ac1"]["location_m"]))
+        for record in study.models.values()
+    ]
+    return {
+        "points_m": sorted(points),
+        "distances_m": sorted(distances),
+        "share_at_ac": min(distances) ** 2,
+        "share_quaternion": 0.25,
+    }

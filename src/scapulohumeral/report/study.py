@@ -1,0 +1,216 @@
+"""What the report is made from: result files of one study, read once.
+
+Letters: N nodes, M muscles.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.participant import Motion, read_motion, read_participant
+from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.report.assumptions import Assumption, find_assumptions
+
+FORMULATIONS = ("quaternion", "euler")
+
+
+@dataclass(frozen=True)
+class ReportFiles:
+    """Files of one study.
+
+    Attributes
+    ----------
+    solutions, summaries : of all tracking solves
+    models : model records; thoraxes : fitted ellipsoids; participants : participant.yaml files
+    geometry_quality : tables ``<participant>/<formulation>_quality.csv``
+    equations : headers ``<formulation>/header.json``
+    benchmarks : Snakemake's ``<rule>/<job>.jsonl``
+    sources : files that state assumptions
+    """
+
+    solutions: Sequence[Path]
+    summaries: Sequence[Path]
+    models: Sequence[Path]
+    thoraxes: Sequence[Path]
+    participants: Sequence[Path]
+    geometry_quality: Sequence[Path]
+    equations: Sequence[Path]
+    benchmarks: Sequence[Path]
+    sources: Sequence[Path]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One tracking solve: its summary and its trajectories, converged or not."""
+
+    summary: dict[str, Any]
+    solution: Solution
+
+    @property
+    def participant(self) -> str:
+        """Name of the participant."""
+        return self.summary["participant"]
+
+    @property
+    def trial(self) -> str:
+        """Name of the recorded motion."""
+        return self.summary["trial"]
+
+    @property
+    def formulation(self) -> str:
+        """Coordinates of the spherical joints."""
+        return self.summary["formulation"]
+
+    @property
+    def failed(self) -> bool:
+        """Whether the solver stopped without a solution."""
+        return self.summary["status"] != "optimal"
+
+    @property
+    def name(self) -> str:
+        """Participant, plane and formulation."""
+        return f"{self.participant} {self.trial} {self.formulation}"
+
+
+@dataclass(frozen=True, eq=False)
+class TrialRuns:
+    """All about one recorded motion: its solves by formulation, and the published simulation."""
+
+    participant: str
+    trial: str
+    runs: dict[str, Run]
+    published: Motion | None
+    groups: np.ndarray
+
+    @property
+    def any_run(self) -> Run:
+        """One of the solves: all have the same mesh and recording."""
+        return next(iter(self.runs.values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Everything that the report shows.
+
+    Attributes
+    ----------
+    runs : in the order of the files; trials : the same by recorded motion
+    models, thoraxes : records by participant
+    quality : muscle geometry, one row per participant, formulation and muscle
+    equations : headers by formulation
+    benchmarks : one row per measured job: rule, job, seconds, memory_MB
+    assumptions : comments of the source files
+    """
+
+    runs: list[Run]
+    trials: list[TrialRuns]
+    models: dict[str, dict[str, Any]]
+    thoraxes: dict[str, dict[str, Any]]
+    quality: pd.DataFrame
+    equations: dict[str, dict[str, Any]]
+    benchmarks: pd.DataFrame
+    assumptions: list[Assumption]
+
+    def solved(self, formulation: str) -> list[Run]:
+        """Converged solves of a formulation."""
+        return [r for r in self.runs if r.formulation == formulation and not r.failed]
+
+    @property
+    def failed(self) -> list[Run]:
+        """Solves without a solution."""
+        return [r for r in self.runs if r.failed]
+
+    def trial(self, participant: str, name: str) -> TrialRuns | None:
+        """One recorded motion, or None if it is no part of the study."""
+        matches = [t for t in self.trials if (t.participant, t.trial) == (participant, name)]
+        return matches[0] if matches else None
+
+
+def read_study(files: ReportFiles) -> Study:
+    """Read all files.
+
+    Raises
+    ------
+    DataError                        no solve, or a solution and a summary that do not belong
+                                     together
+    """
+    runs = _read_runs(files)
+    models = {record["participant"]: record for record in map(_read_json, files.models)}
+    return Study(
+        runs=runs,
+        trials=_by_trial(runs, models, files.participants),
+        models=models,
+        thoraxes={record["participant"]: record for record in map(_read_json, files.thoraxes)},
+        quality=_read_quality(files.geometry_quality),
+        equations={header["formulation"]: header for header in map(_read_json, files.equations)},
+        benchmarks=_read_benchmarks(files.benchmarks),
+        assumptions=find_assumptions(files.sources),
+    )
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _read_runs(files: ReportFiles) -> list[Run]:
+    if not files.solutions:
+        raise DataError("report: no tracking solve. Name a participant and a plane to simulate.")
+    runs = []
+    for summary, solution in zip(files.summaries, files.solutions, strict=True):
+        run = Run(_read_json(summary), read_solution(solution, allow_failed=True))
+        for key in ("participant", "trial", "formulation", "objective"):
+            if run.summary[key] != run.solution.header[key]:
+                raise DataError(
+                    f"{summary}: {key} is {run.summary[key]}, but {run.solution.header[key]} in "
+                    f"{solution}. Delete both files and solve again."
+                )
+        runs.append(run)
+    return runs
+
+
+def _by_trial(
+    runs: Sequence[Run], models: dict[str, dict[str, Any]], participants: Sequence[Path]
+) -> list[TrialRuns]:
+    people = {p.parent.name: read_participant(p.parents[1], p.parent.name) for p in participants}
+    found: dict[tuple[str, str], dict[str, Run]] = defaultdict(dict)
+    for run in runs:
+        found[run.participant, run.trial][run.formulation] = run
+    trials = []
+    for (participant, trial), by_formulation in found.items():
+        published = people[participant].trial(trial).published_file
+        ordered = {f: by_formulation[f] for f in FORMULATIONS if f in by_formulation}
+        groups = [muscle["group"] for muscle in models[participant]["muscles"]]
+        motion = read_motion(published) if published else None
+        trials.append(TrialRuns(participant, trial, ordered, motion, np.array(groups)))
+    return trials
+
+
+def _read_quality(paths: Sequence[Path]) -> pd.DataFrame:
+    tables = [
+        pd.read_csv(path).assign(
+            participant=path.parent.name, formulation=path.stem.removesuffix("_quality")
+        )
+        for path in paths
+    ]
+    return pd.concat(tables, ignore_index=True)
+
+
+def _read_benchmarks(paths: Sequence[Path]) -> pd.DataFrame:
+    rows = [
+        {"rule": path.parent.name, "job": path.stem, **json.loads(line)}
+        for path in paths
+        for line in path.read_text(encoding="utf-8").splitlines()
+    ]
+    table = pd.DataFrame(rows, columns=["rule", "job", "s", "max_rss"])
+    # Jobs shorter than Snakemake's first sample have no memory: it writes the text "NA".
+    table["max_rss"] = pd.to_numeric(table["max_rss"], errors="coerce")
+    return table.rename(columns={"s": "seconds", "max_rss": "memory_MB"})

@@ -1,0 +1,126 @@
+"""Figures as SVG text, with the numbers that they draw."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Okabe and Ito's colours, told apart by colour-blind people; the same meaning in every figure.
+COLOURS = {
+    "recorded": "#9a9a9a",
+    "quaternion": "#0072b2",
+    "euler": "#d55e00",
+    "published": "#009e73",
+}
+LABELS = {
+    "recorded": "recorded",
+    "quaternion": "quaternion",
+    "euler": "Euler angles",
+    "published": "published simulation",
+}
+LINES = {
+    "recorded": {"linewidth": 4.0, "zorder": 1, "alpha": 0.6},
+    "quaternion": {"linewidth": 1.4, "zorder": 4},
+    "euler": {"linewidth": 1.2, "zorder": 3},
+    "published": {"linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 2},
+}
+FAILED_LINE = (0, (1, 1.5))
+STYLE = {
+    # Text stays text, and identifiers follow from the content: equal results give equal files.
+    "svg.fonttype": "none",
+    "svg.hashsalt": "scapulohumeral",
+    "font.family": "sans-serif",
+    "font.size": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+    "axes.titlesize": 9,
+}
+# Decorator of every function that draws.
+styled = mpl.rc_context(STYLE)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A finished figure: SVG text, a sentence of what it shows, and its numbers as a data link."""
+
+    name: str
+    svg: str
+    caption: str
+    data_uri: str
+
+
+class Drawing:
+    """A figure that remembers every curve drawn into it. Use it under ``styled``."""
+
+    def __init__(self, rows: int, columns: int, size: tuple[float, float], **shared: str) -> None:
+        self.figure = Figure(figsize=size, layout="constrained")
+        self.axes = self.figure.subplots(rows, columns, squeeze=False, **shared)
+        self._curves: list[pd.DataFrame] = []
+
+    def panels(self, count: int) -> list[Axes]:
+        """The first panels, row by row; the others are taken away."""
+        panels = list(self.axes.flat)
+        for unused in panels[count:]:
+            unused.set_visible(False)
+        return panels[:count]
+
+    def curve(self, axes: Axes, curve: str, x: np.ndarray, y: np.ndarray, **line: object) -> None:
+        """Draw a curve and keep its numbers under the title of its panel."""
+        axes.plot(x, y, **line)
+        self.keep(axes.get_title(loc="left"), curve, x, y)
+
+    def keep(self, panel: str, curve: str, x: Sequence | np.ndarray, y: np.ndarray) -> None:
+        """Keep numbers that are drawn by other means."""
+        self._curves.append(pd.DataFrame({"panel": panel, "curve": curve, "x": x, "y": y}))
+
+    def legend(self, entries: dict[str, dict[str, object]]) -> None:
+        """One legend for all panels, above them."""
+        handles = [mpl.lines.Line2D([], [], label=label, **line) for label, line in entries.items()]
+        self.figure.legend(
+            handles=handles, loc="outside upper center", ncols=len(handles), frameon=False
+        )
+
+    def watermark(self, text: str) -> None:
+        """Cover the figure with a text: its results are none."""
+        self.figure.text(
+            0.5, 0.5, text, ha="center", va="center", rotation=20, fontsize=44,
+            color="#b00020", alpha=0.28, zorder=20,
+        )  # fmt: skip
+
+    def finish(self, name: str, caption: str) -> Picture:
+        """SVG text and numbers of the figure."""
+        numbers = pd.concat(self._curves, ignore_index=True).to_csv(
+            index=False, float_format="%.5g", lineterminator="\n"
+        )
+        data = base64.b64encode(numbers.encode()).decode()
+        return Picture(name, _svg(self.figure), caption, f"data:text/csv;base64,{data}")
+
+
+def _svg(figure: Figure) -> str:
+    """SVG element that scales with the page, without preamble, metadata and needless digits."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r' d="([^"]*)"', _short_path, text)
+    return re.sub(r"\n\s*", "\n", text)
+
+
+def _short_path(match: re.Match[str]) -> str:
+    """Path data in hundredths of a point."""
+    return ' d="' + re.sub(r"(\.\d\d)\d+", r"\1", match[1]).replace("\n", " ") + '"'

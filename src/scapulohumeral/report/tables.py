@@ -1,0 +1,314 @@
+"""Tables of the report: what each row says comes from result files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.report.figures import GROUP_NAMES
+from scapulohumeral.report.paper import (
+    BODY_MASS_MEAN_KG,
+    BODY_MASS_SD_KG,
+    TRACKING_RMSE_DEG,
+)
+from scapulohumeral.report.study import FORMULATIONS, Run, Study
+from scapulohumeral.report.targets import MEASURE_NAMES
+
+ARM_SEGMENTS = {
+    "upper_arm": ("humerus_r",),
+    "forearm": ("ulna_r", "radius_r"),
+    "hand": ("hand_r",),
+}
+# An arm whose mass belongs to a body more than twice, or less than half, as heavy is no arm.
+IMPLAUSIBLE_RATIO = 2.0
+STANDARD_GRAVITY = 9.80665
+
+AGREES_WITHIN_DEG = 1.0
+REASONS = {
+    "rmse_clavicle_deg": (
+        "the weight of the clavicle is a choice: quaternion solves track a point of its axis, "
+        "whose distance from the sternum sets the weight (see the deviation below)"
+    ),
+    "rmse_thoracoscapular_deg": (
+        "follows from the thorax surface, which is fitted here and was adjusted by hand in the "
+        "paper, and from the balance of tracking against activation"
+    ),
+    "rmse_thoracohumeral_deg": (
+        "near the singularity of Y-Z-Y the first and third angle are arbitrary, so a small "
+        "rotation counts as many degrees; compare the angle between the orientations"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: names of the columns, rows of text, and the numbers of the rows to point out."""
+
+    columns: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+    flagged: frozenset[int] = frozenset()
+
+
+def masses(study: Study) -> Table:
+    """Arm mass of each participant against de Leva's anthropometry."""
+    rows, flagged = [], set()
+    for name, record in study.models.items():
+        body = record["body_mass_kg"]
+        kg = [sum(record["segments"][s]["mass_kg"] for s in part) for part in ARM_SEGMENTS.values()]
+        expected = body * arm_share(record)
+        ratio = sum(kg) / expected
+        if max(ratio, 1.0 / ratio) > IMPLAUSIBLE_RATIO:
+            flagged.add(len(rows))
+        rows.append(
+            (
+                name,
+                *(f"{value:.2f}" for value in kg),
+                f"{sum(kg):.2f}",
+                f"{expected:.2f}",
+                f"{ratio:.2f}",
+                f"{body * ratio:.0f}",
+                mass_judgement(body, ratio),
+            )
+        )
+    columns = (
+        "participant", "upper arm [kg]", "forearm [kg]", "hand [kg]", "arm [kg]",
+        "anthropometry [kg]", "ratio", "body it would belong to [kg]", "judgement",
+    )  # fmt: skip
+    return Table(columns, rows, frozenset(flagged))
+
+
+def arm_share(record: dict) -> float:
+    """Arm mass over body mass: mean of women and men after de Leva 1996."""
+    shares = record["constants"]["anthropometry"]
+    return sum(shares[f"{sex}_{part}"] for sex in ("male", "female") for part in ARM_SEGMENTS) / 2
+
+
+def mass_judgement(body_mass_kg: float, ratio: float) -> str:
+    """What a ratio of arm mass to anthropometry means."""
+    if max(ratio, 1.0 / ratio) > IMPLAUSIBLE_RATIO:
+        return "implausible: no arm weighs this"
+    lightest, heaviest = (BODY_MASS_MEAN_KG + k * BODY_MASS_SD_KG for k in (-2.0, 2.0))
+    if lightest <= body_mass_kg * ratio <= heaviest:
+        return "plausible"
+    return f"outside {lightest:.0f} to {heaviest:.0f} kg, two standard deviations of the group"
+
+
+def published_comparison(study: Study) -> Table:
+    """Mean tracking RMSE over all converged solves, next to the paper's."""
+    rows = []
+    for formulation in FORMULATIONS:
+        runs = study.solved(formulation)
+        for key, published in TRACKING_RMSE_DEG.items():
+            if runs:
+                ours = float(np.mean([run.summary[key] for run in runs]))
+                difference = ours - published[formulation]
+                near = abs(difference) < AGREES_WITHIN_DEG
+                why = f"agrees within {AGREES_WITHIN_DEG:g} deg" if near else REASONS[key]
+                cells = (f"{ours:.2f}", f"{published[formulation]:.2f}", f"{difference:+.2f}", why)
+                rows.append((formulation, MEASURE_NAMES[key], str(len(runs)), *cells))
+    columns = ("formulation", "measure", "solves", "here [deg]", "paper [deg]", "difference", "why")
+    return Table(columns, rows)
+
+
+def tracking_errors(study: Study) -> Table:
+    """All tracking measures of every solve, and their means over converged solves."""
+    rows = [_error_row(run) for run in study.runs]
+    flagged = frozenset(i for i, run in enumerate(study.runs) if run.failed)
+    for formulation in FORMULATIONS:
+        solved = study.solved(formulation)
+        if solved:
+            means = [np.mean([run.summary[key] for run in solved]) for key in MEASURE_NAMES]
+            cells = (f"{mean:.2f}" for mean in means)
+            rows.append((f"mean of {len(solved)}", "", formulation, *cells))
+    measures = tuple(f"{name} [deg]" for name in MEASURE_NAMES.values())
+    return Table(("participant", "plane", "formulation", *measures), rows, flagged)
+
+
+def _error_row(run: Run) -> tuple[str, ...]:
+    if run.failed:
+        cells = ("not converged",) * len(MEASURE_NAMES)
+    else:
+        cells = tuple(f"{run.summary[key]:.2f}" for key in MEASURE_NAMES)
+    return (run.participant, run.trial, run.formulation, *cells)
+
+
+def solver(study: Study) -> Table:
+    """Statistics of every solve."""
+    rows = [
+        (
+            run.participant,
+            run.trial,
+            run.formulation,
+            "NOT CONVERGED" if run.failed else "optimal",
+            str(run.summary["iterations"]),
+            f"{run.summary['seconds']:.1f}",
+            f"{run.summary['objective']:.5g}",
+            f"{run.summary['constraint_violation']:.1e}",
+            f"{run.summary['norm_rmse']:.1e}" if run.formulation == "quaternion" else "",
+            f"{run.summary['max_activation_step']:.3f}",
+            run.summary["message"],
+        )
+        for run in study.runs
+    ]
+    columns = (
+        "participant", "plane", "formulation", "status", "iterations", "time [s]", "objective",
+        "violation", "norm RMSE", "largest activation step", "IPOPT",
+    )  # fmt: skip
+    return Table(columns, rows, frozenset(i for i, run in enumerate(study.runs) if run.failed))
+
+
+def cost_terms(study: Study) -> Table:
+    """Value of every term of the objective."""
+    names = list(dict.fromkeys(name for run in study.runs for name in run.summary["terms"]))
+    rows = []
+    for run in study.runs:
+        terms = run.summary["terms"]
+        cells = (f"{terms[name]:.2e}" if name in terms else "" for name in names)
+        rows.append((run.participant, run.trial, run.formulation, *cells))
+    flagged = frozenset(i for i, run in enumerate(study.runs) if run.failed)
+    return Table(
+        ("participant", "plane", "formulation", *(n.replace("_", " ") for n in names)),
+        rows,
+        flagged,
+    )
+
+
+def geometry(study: Study) -> Table:
+    """Quality of the muscle length functions of each participant and formulation."""
+    rows = []
+    for (participant, formulation), table in study.quality.groupby(["participant", "formulation"]):
+        wrapping = table[table.path != "straight"]
+        longest = wrapping.loc[wrapping.length_rmse_mm.idxmax()]
+        worst = wrapping.loc[wrapping.arm_rmse_worst_mm.idxmax()]
+        rows.append(
+            (
+                participant,
+                formulation,
+                f"{len(wrapping)} of {len(table)}",
+                f"{wrapping.length_rmse_mm.median():.2f}",
+                f"{longest.length_rmse_mm:.2f} ({longest.muscle})",
+                f"{wrapping.arm_rmse_median_mm.median():.2f}",
+                f"{worst.arm_rmse_worst_mm:.2f} ({worst.muscle})",
+                f"{wrapping.direction_rmse.max():.3f}",
+                f"{table.condition.max():.1e}",
+                str(int(wrapping.left_out_held_out.sum())),
+                _fibre_exceptions(table),
+            )
+        )
+    columns = (
+        "participant", "formulation", "wrapping elements", "length RMSE, median [mm]",
+        "worst [mm]", "arm RMSE, median [mm]", "worst [mm]", "direction RMSE, worst",
+        "condition, worst", "left out", "fibre length outside 0.4 to 1.8",
+    )  # fmt: skip
+    return Table(columns, rows)
+
+
+def _fibre_exceptions(table: pd.DataFrame) -> str:
+    outside = table[table.fibre_outside]
+    return ", ".join(f"{r.muscle} {r.fibre_min:.2f}–{r.fibre_max:.2f}" for r in outside.itertuples())
+
+
+def thoraxes(study: Study) -> Table:
+    """Fitted thorax surfaces, and how far the contact points are from them."""
+    rows = [
+        (
+            name,
+            " ".join(f"{1e3 * x:.0f}" for x in record["centre_m"]),
+            " ".join(f"{1e3 * x:.0f}" for x in record["radii_m"]),
+            f"{record['level_mean']:.2f} ± {record['level_sd']:.2f}",
+            f"{record['level_min']:.2f} to {record['level_max']:.2f}",
+            f"{record['prior']['level_mean']:.2f}",
+        )
+        for name, record in study.thoraxes.items()
+    ]
+    columns = (
+        "participant", "centre x y z [mm]", "radii x y z [mm]", "level set", "range",
+        "level set before the fit",
+    )  # fmt: skip
+    return Table(columns, rows)
+
+
+def reactions(study: Study) -> Table:
+    """Peak of the glenohumeral reaction of every converged solve."""
+    rows = []
+    for run in study.runs:
+        if not run.failed:
+            force = np.linalg.norm(run.solution.reaction_N, axis=1)
+            weight = STANDARD_GRAVITY * study.models[run.participant]["body_mass_kg"]
+            peak = int(force.argmax())
+            cells = (
+                f"{force.max():.0f}",
+                f"{100.0 * force.max() / weight:.0f}",
+                f"{run.solution.time_s[peak]:.2f}",
+            )
+            rows.append((run.participant, run.trial, run.formulation, *cells))
+    columns = ("participant", "plane", "formulation", "peak [N]", "[% body weight]", "at time [s]")
+    return Table(columns, rows)
+
+
+def muscle_groups(study: Study) -> Table:
+    """Muscle groups of the model and their elements."""
+    record = next(iter(study.models.values()))
+    groups: dict[str, list[str]] = {}
+    for muscle in record["muscles"]:
+        groups.setdefault(muscle["group"], []).append(muscle["name"])
+    rows = [(GROUP_NAMES.get(g, g), str(len(names)), ", ".join(names)) for g, names in groups.items()]
+    return Table(("group", "elements", "names"), rows)
+
+
+def timing(study: Study) -> Table:
+    """Wall time and memory by rule of the workflow."""
+    rows = []
+    for rule, jobs in study.benchmarks.groupby("rule", sort=False):
+        memory = jobs.memory_MB.max()
+        rows.append(
+            (
+                str(rule),
+                str(len(jobs)),
+                f"{jobs.seconds.mean():.1f}",
+                f"{jobs.seconds.max():.1f}",
+                "" if np.isnan(memory) else f"{memory:.0f}",
+            )
+        )
+    columns = ("rule", "jobs", "mean time [s]", "longest [s]", "largest memory [MB]")
+    return Table(columns, rows)
+
+
+def versions(study: Study) -> Table:
+    """Software that the solves ran with; more than one version is listed with all."""
+    found: dict[str, list[str]] = {}
+    for run in study.runs:
+        for package, version in run.solution.header["versions"].items():
+            known = found.setdefault(package, [])
+            if version not in known:
+                known.append(version)
+    return Table(("software", "version"), [(k, ", ".join(v)) for k, v in found.items()])
+
+
+def hashes(study: Study) -> Table:
+    """Fingerprints of what each solve was made from."""
+    rows = [
+        (run.name, *(run.solution.header["hashes"][key][:16] for key in ("inputs", "code")))
+        for run in study.runs
+    ]
+    rows += [
+        (f"equations of motion, {name}", header["expression_hash"][:16], "")
+        for name, header in study.equations.items()
+    ]
+    return Table(("result", "inputs (SHA-256, first 16)", "code (SHA-256, first 16)"), rows)
+
+
+def settings(study: Study) -> Table:
+    """Settings of the solves, which are the same for all of them unless listed with several."""
+    found: dict[str, list[str]] = {}
+    for run in study.runs:
+        flat = dict(run.solution.header["settings"])
+        weights = flat.pop("weights")
+        flat |= {f"weight {name.replace('_', ' ')}": value for name, value in weights.items()}
+        for key, value in flat.items():
+            known = found.setdefault(key.replace("_", " "), [])
+            if str(value) not in known:
+                known.append(str(value))
+    return Table(("setting", "value"), [(key, ", ".join(v)) for key, v in found.items()])

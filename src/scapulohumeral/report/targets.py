@@ -1,0 +1,150 @@
+"""What the results must reach, and whether they do.
+
+The same targets are shown at the top of the report and tested on the results.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+LARGEST_VIOLATION = 1e-6
+LARGEST_NORM_RMSE = 1e-10
+# Means over all converged quaternion solves [deg].
+LARGEST_MEAN_ERROR_DEG = {
+    "rmse_clavicle_deg": 3.5,
+    "rmse_thoracoscapular_deg": 4.5,
+    "angle_humerus_deg": 3.0,
+}
+MEASURE_NAMES = {
+    "rmse_clavicle_deg": "clavicle without axial rotation, RMSE of the angles",
+    "rmse_thoracoscapular_deg": "thoracoscapular, RMSE of the angles",
+    "rmse_thoracohumeral_deg": "thoracohumeral, RMSE of the angles",
+    "angle_clavicle_deg": "clavicle, angle between the long axes",
+    "angle_scapula_deg": "scapula, angle between the orientations",
+    "angle_humerus_deg": "humerus, angle between the orientations",
+}
+# Over the muscle elements that wrap, per participant and formulation [mm]: median and worst.
+# Straight paths are exact and would flatter the median.
+LARGEST_GEOMETRY_ERROR_MM = {
+    "length_rmse_mm": (0.7, 2.5),
+    "arm_rmse_median_mm": (1.0, None),
+    "arm_rmse_worst_mm": (None, 5.0),
+}
+GEOMETRY_NAMES = {
+    "length_rmse_mm": "muscle length",
+    "arm_rmse_median_mm": "moment arm, median over the rotations",
+    "arm_rmse_worst_mm": "moment arm, worst rotation",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One target and what was reached.
+
+    Attributes
+    ----------
+    name : what is judged; value, target : in words, with units
+    holds : whether the target is met
+    worse : what misses the target by itself, even if the mean holds
+    """
+
+    name: str
+    value: str
+    target: str
+    holds: bool
+    worse: tuple[str, ...] = ()
+
+
+def verdicts(summary: pd.DataFrame, quality: pd.DataFrame) -> list[Verdict]:
+    """All targets.
+
+    Parameters
+    ----------
+    summary : one row per solve, columns as in results/tracking/summary.csv
+    quality : muscle geometry with columns participant, formulation, path and errors
+    """
+    solved = summary[summary.status == "optimal"]
+    quaternion = solved[solved.formulation == "quaternion"]
+    means = [mean_error(quaternion, key, limit) for key, limit in LARGEST_MEAN_ERROR_DEG.items()]
+    geometry = [
+        geometry_error(quality, key, kind, limit)
+        for key, limits in LARGEST_GEOMETRY_ERROR_MM.items()
+        for kind, limit in zip(("median", "max"), limits, strict=True)
+        if limit is not None
+    ]
+    return [all_solved(summary), violation(solved), *means, unit_norm(quaternion), *geometry]
+
+
+def run_names(rows: pd.DataFrame) -> tuple[str, ...]:
+    """Participant, plane and formulation of each row."""
+    return tuple(f"{r.participant} {r.plane} {r.formulation}" for r in rows.itertuples())
+
+
+def all_solved(summary: pd.DataFrame) -> Verdict:
+    """Every solve is optimal."""
+    failed = summary[summary.status != "optimal"]
+    value = f"{len(summary) - len(failed)} of {len(summary)} optimal"
+    return Verdict("solves", value, "all optimal", failed.empty, run_names(failed))
+
+
+def violation(solved: pd.DataFrame) -> Verdict:
+    """No converged solve violates a constraint by more than allowed."""
+    return _largest(solved, "constraint_violation", LARGEST_VIOLATION, "constraint violation")
+
+
+def unit_norm(quaternion: pd.DataFrame) -> Verdict:
+    """Quaternions keep unit length."""
+    name = "deviation of quaternion norms from one, root mean square"
+    return _largest(quaternion, "norm_rmse", LARGEST_NORM_RMSE, name)
+
+
+def _largest(rows: pd.DataFrame, column: str, limit: float, name: str) -> Verdict:
+    if rows.empty:
+        return _nothing(name, f"≤ {limit:.0e}")
+    largest = float(rows[column].max())
+    worse = run_names(rows[rows[column] > limit])
+    return Verdict(name, f"at most {largest:.1e}", f"≤ {limit:.0e}", largest <= limit, worse)
+
+
+def mean_error(quaternion: pd.DataFrame, column: str, limit: float) -> Verdict:
+    """Mean tracking error over the converged quaternion solves."""
+    name = f"{MEASURE_NAMES[column]}, mean of the quaternion solves"
+    if quaternion.empty:
+        return _nothing(name, f"≤ {limit:g} deg")
+    mean = float(quaternion[column].mean())
+    above = quaternion[quaternion[column] > limit]
+    worse = tuple(
+        f"{run} {value:.2f} deg"
+        for run, value in zip(run_names(above), above[column], strict=True)
+    )
+    return Verdict(name, f"{mean:.2f} deg", f"≤ {limit:g} deg", mean <= limit, worse)
+
+
+def geometry_error(quality: pd.DataFrame, column: str, kind: str, limit: float) -> Verdict:
+    """Median or worst error of muscle geometry; the participant with the largest counts."""
+    wrapping = quality[quality.path != "straight"]
+    by_fit = wrapping.groupby(["participant", "formulation"])[column].agg(kind)
+    above = wrapping[wrapping[column] > limit] if kind == "max" else wrapping.iloc[:0]
+    worse: Sequence[str] = [
+        f"{r.participant} {r.formulation} {r.muscle} {getattr(r, column):.2f} mm"
+        for r in above.itertuples()
+    ]
+    if kind == "median":
+        worse = [f"{' '.join(fit)} {v:.2f} mm" for fit, v in by_fit.items() if v > limit]
+    largest = float(np.max(by_fit))
+    word = {"median": "median", "max": "worst"}[kind]
+    return Verdict(
+        f"{GEOMETRY_NAMES[column]}, {word} RMSE of the wrapping elements on held-out poses",
+        f"at most {largest:.2f} mm",
+        f"≤ {limit:g} mm",
+        largest <= limit,
+        tuple(worse),
+    )
+
+
+def _nothing(name: str, target: str) -> Verdict:
+    return Verdict(name, "no converged solve", target, holds=False)

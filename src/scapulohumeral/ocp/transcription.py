@@ -255,6 +255,9 @@ class Collocation:
         pattern = hess[: nq + 10, : nq + 10].copy()
         pattern[:, nq:] |= hess[: nq + 10, nq + 10 :]
         pattern[nq:, :] |= hess[nq + 10 :, : nq + 10]
+        twist = (self.forces.dynamics.kinematics_linear != 0).any(axis=0).T
+        pattern[:nq, nq:] |= twist
+        pattern[nq:, :nq] |= twist.T
         touched = self._x_by_muscle.astype(int)
         return pattern | (touched.T @ touched > 0) | np.eye(nq + 10, dtype=bool)
 

@@ -1,4 +1,4 @@
-# The report, and rules to look at the study or to remove its results.
+# The report, the pictures of the README, and rules to look at the study or to remove its results.
 
 
 rule render_report:
@@ -8,13 +8,37 @@ rule render_report:
         summaries=tracking_results(
             "results/tracking/{participant}/{trial}_{formulation}.summary.json"
         ),
-        motions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.mot"),
+        models=expand("results/models/{participant}.json", participant=config["participants"]),
+        thoraxes=expand(
+            "results/models/{participant}_thorax.json", participant=config["participants"]
+        ),
         geometry_quality=expand(
             "results/muscle_geometry/{participant}/{formulation}_quality.csv",
             participant=config["participants"],
             formulation=config["formulations"],
         ),
+        equations=expand("results/equations/{formulation}", formulation=config["formulations"]),
+        benchmarks=tracking_results(
+            "results/benchmarks/solve_tracking/{participant}_{trial}_{formulation}.jsonl"
+        ),
+        participants=expand(
+            "config/participants/{participant}/participant.yaml",
+            participant=config["participants"],
+        ),
+        published=sorted(
+            str(path)
+            for participant in config["participants"]
+            for path in Path("config/participants", participant).glob("published/*.csv")
+        ),
+        # The report lists the assumptions that comments in these files mark.
+        sources=sorted(
+            str(path)
+            for folder in ("src/scapulohumeral", "config")
+            for path in Path(folder).rglob("*")
+            if path.suffix in (".py", ".yaml")
+        ),
         code=code_of("scapulohumeral.report.render"),
+        template="src/scapulohumeral/report/template.html.j2",
     output:
         html=report(
             "reports/{report}.html",
@@ -31,6 +55,33 @@ rule render_report:
         "Report: reports/{wildcards.report}.html"
     script:
         "../scripts/render_report.py"
+
+
+rule draw_readme_pictures:
+    # Not part of the study: the pictures of the README show par2 in the frontal plane.
+    input:
+        solutions=expand(
+            "results/tracking/par2/frontal_{formulation}.npz",
+            formulation=["quaternion", "euler"],
+        ),
+        summaries=expand(
+            "results/tracking/par2/frontal_{formulation}.summary.json",
+            formulation=["quaternion", "euler"],
+        ),
+        models=["results/models/par2.json"],
+        participants=["config/participants/par2/participant.yaml"],
+        published="config/participants/par2/published/frontal_tracking.csv",
+        code=code_of("scapulohumeral.report.figures", "scapulohumeral.report.study"),
+    output:
+        motion="reports/motion.svg",
+        gimbal_lock="reports/gimbal_lock.svg",
+    log:
+        python="results/logs/draw_readme_pictures.python.log",
+    threads: 1
+    message:
+        "Pictures of the README: {output}"
+    script:
+        "../scripts/draw_readme_pictures.py"
 
 
 rule dag:

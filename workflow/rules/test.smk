@@ -8,16 +8,24 @@ rule test_results:
         summaries=tracking_results(
             "results/tracking/{participant}/{trial}_{formulation}.summary.json"
         ),
+        motions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.mot"),
+        states=tracking_results("results/tracking/{participant}/{trial}_{formulation}.sto"),
+        geometry_quality=expand(
+            "results/muscle_geometry/{participant}/{formulation}_quality.csv",
+            participant=config["participants"],
+            formulation=config["formulations"],
+        ),
         report=f"reports/{config['report']}.html",
         tests=sorted(str(path) for path in Path("tests/results").glob("*.py")),
+        code=code_of("scapulohumeral.ocp.solution", "scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:
-        pytest="results/logs/test_results.log",
+        python="results/logs/test_results.log",
     benchmark:
         "results/benchmarks/test_results.jsonl"
     threads: 1
     message:
         "Tests on the results"
-    shell:
-        "pytest -m results {input.tests} > {log.pytest} 2>&1"
+    script:
+        "../scripts/test_results.py"

@@ -1,5 +1,6 @@
 """Rule render_report: the study as one HTML file."""
 
+from dataclasses import fields
 from pathlib import Path
 
 from _log import log_to_file
@@ -7,11 +8,9 @@ from _log import log_to_file
 log_to_file(snakemake)
 
 from scapulohumeral.report.render import render_report
+from scapulohumeral.report.study import ReportFiles
 
-html = render_report(
-    summary=Path(snakemake.input.summary),
-    solutions=[Path(path) for path in snakemake.input.solutions],
-    summaries=[Path(path) for path in snakemake.input.summaries],
-    geometry_quality=[Path(path) for path in snakemake.input.geometry_quality],
-)
+names = [field.name for field in fields(ReportFiles) if field.name != "summary"]
+files = {name: [Path(path) for path in snakemake.input[name]] for name in names}
+html = render_report(ReportFiles(summary=Path(snakemake.input.summary), **files))
 Path(snakemake.output.html).write_text(html, encoding="utf-8")

@@ -9,11 +9,15 @@ import warnings
 
 import numpy as np
 
-from scapulohumeral.model.rotations import Array, quaternion_to_euler, relative_angle
+from scapulohumeral.model.rotations import Array, EulerSequence, quaternion_to_euler, relative_angle
 from scapulohumeral.report.paper import SINGULAR_ELEVATION_DEG
 from scapulohumeral.stages.tracking_metrics import segment_orientations
 
-SEGMENT_SEQUENCES = {"clavicle": "YZX", "scapula": "YZX", "humerus": "YZY"}
+SEGMENT_SEQUENCES: dict[str, EulerSequence] = {
+    "clavicle": "YZX",
+    "scapula": "YZX",
+    "humerus": "YZY",
+}
 # Columns of `thorax_angles` that mean nothing while the arm hangs: first and third humeral angle.
 SINGULAR_COLUMNS = (6, 8)
 ELEVATION_COLUMN = 7
@@ -42,7 +46,8 @@ def thorax_angles(pose: Array) -> Array:
         ]
     result = np.rad2deg(np.hstack([*angles, pose[:, 12:]]))
     singular = result[:, ELEVATION_COLUMN] < SINGULAR_ELEVATION_DEG
-    result[np.ix_(singular, SINGULAR_COLUMNS)] = np.nan
+    for column in SINGULAR_COLUMNS:
+        result[singular, column] = np.nan
     return result
 
 

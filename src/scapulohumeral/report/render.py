@@ -6,14 +6,11 @@ from typing import Any
 
 import jinja2
 import numpy as np
-import pandas as pd
 
 from scapulohumeral.report import figures, solver_figures, tables
 from scapulohumeral.report.gimbal import gimbal_lock
-from scapulohumeral.report.paper import TRACKING_RMSE_DEG
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
-from scapulohumeral.stages.summary import summarise
 
 TEMPLATE = "template.html.j2"
 
@@ -26,7 +23,6 @@ def render_report(files: ReportFiles) -> str:
     DataError                        no solve, or files that do not belong together
     """
     study = read_study(files)
-    summary = summarise(files.summaries)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("scapulohumeral.report", "."),
         autoescape=True,
@@ -34,16 +30,16 @@ def render_report(files: ReportFiles) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(TEMPLATE).render(_content(study, summary))
+    return environment.get_template(TEMPLATE).render(_content(study))
 
 
-def _content(study: Study, summary: pd.DataFrame) -> dict[str, Any]:
+def _content(study: Study) -> dict[str, Any]:
     """Everything that the template shows, by name."""
     return {
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
-        "verdicts": verdicts(summary, study.quality),
+        "verdicts": verdicts(study.summary, study.quality),
         "tables": _tables(study),
         "trials": [
             {
@@ -60,7 +56,6 @@ def _content(study: Study, summary: pd.DataFrame) -> dict[str, Any]:
         "reaction": figures.reaction_figure(study.trials),
         "gimbal": gimbal_lock(study),
         "clavicle": clavicle_point(study),
-        "paper_rmse": TRACKING_RMSE_DEG,
         "masses": sorted({record["masses"] for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
     }

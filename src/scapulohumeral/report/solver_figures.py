@@ -6,9 +6,11 @@ import numpy as np
 
 from scapulohumeral.report.figures import run_label, run_line
 from scapulohumeral.report.kinematics import ELEVATION_COLUMN, passes_gimbal_lock
-from scapulohumeral.report.study import Study
+from scapulohumeral.report.study import Study, TrialRuns
 from scapulohumeral.report.svg import COLOURS, LABELS, Drawing, Picture, styled
 
+# Rows of the two formulations are set apart, so that equal values do not hide each other.
+ROW_SHIFT = {"quaternion": -0.14, "euler": 0.14}
 MEASURES = {"iterations": "iterations", "seconds": "wall time [s]"}
 INFEASIBILITIES = {
     "primal_infeasibility": "largest constraint violation",
@@ -24,22 +26,23 @@ def performance_figure(study: Study) -> Picture:
     labels = [_trial_label(trial) for trial in study.trials]
     for axes, (key, label) in zip(drawing.axes[0], MEASURES.items(), strict=True):
         axes.set_title(label, loc="left")
-        for formulation in ("quaternion", "euler"):
+        for formulation, shift in ROW_SHIFT.items():
             rows = [i for i, t in enumerate(study.trials) if formulation in t.runs]
             runs = [study.trials[i].runs[formulation] for i in rows]
             values = np.array([run.summary[key] for run in runs])
             faces = ["none" if run.failed else COLOURS[formulation] for run in runs]
+            places = np.array(rows) + shift
             axes.scatter(
-                values, rows, s=42, facecolors=faces, edgecolors=COLOURS[formulation], zorder=3
+                values, places, s=42, facecolors=faces, edgecolors=COLOURS[formulation], zorder=3
             )
             drawing.keep(label, LABELS[formulation], [labels[i] for i in rows], values)
         axes.set_xlim(left=0.0)
         axes.set_xlabel(label)
     drawing.axes[0, 0].set_yticks(range(len(labels)), labels)
-    drawing.axes[0, 0].invert_yaxis()
+    drawing.axes[0, 0].set_ylim(len(labels) - 0.4, -0.6)
     marker = {"linestyle": "none", "marker": "o"}
     drawing.legend(
-        {LABELS[f]: {"color": COLOURS[f], **marker} for f in ("quaternion", "euler")}
+        {LABELS[f]: {"color": COLOURS[f], **marker} for f in ROW_SHIFT}
         | {"not converged": {"color": "#555555", "markerfacecolor": "none", **marker}}
     )
     return drawing.finish(
@@ -49,7 +52,7 @@ def performance_figure(study: Study) -> Picture:
     )
 
 
-def _trial_label(trial) -> str:
+def _trial_label(trial: TrialRuns) -> str:
     recorded = trial.any_run.solution.reference_rad[:, ELEVATION_COLUMN]
     return f"{trial.participant} {trial.trial}" + (" *" if passes_gimbal_lock(recorded) else "")
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,14 +29,16 @@ class ReportFiles:
 
     Attributes
     ----------
-    solutions, summaries : of all tracking solves
+    summary : table of all tracking solves
+    solutions, summaries : of each of them
     models : model records; thoraxes : fitted ellipsoids; participants : participant.yaml files
     geometry_quality : tables ``<participant>/<formulation>_quality.csv``
-    equations : headers ``<formulation>/header.json``
+    equations : folders, one per formulation
     benchmarks : Snakemake's ``<rule>/<job>.jsonl``
     sources : files that state assumptions
     """
 
+    summary: Path
     solutions: Sequence[Path]
     summaries: Sequence[Path]
     models: Sequence[Path]
@@ -103,6 +105,7 @@ class Study:
 
     Attributes
     ----------
+    summary : one row per solve
     runs : in the order of the files; trials : the same by recorded motion
     models, thoraxes : records by participant
     quality : muscle geometry, one row per participant, formulation and muscle
@@ -111,6 +114,7 @@ class Study:
     assumptions : comments of the source files
     """
 
+    summary: pd.DataFrame
     runs: list[Run]
     trials: list[TrialRuns]
     models: dict[str, dict[str, Any]]
@@ -143,15 +147,17 @@ def read_study(files: ReportFiles) -> Study:
     DataError                        no solve, or a solution and a summary that do not belong
                                      together
     """
-    runs = _read_runs(files)
+    runs = read_runs(files.summaries, files.solutions)
     models = {record["participant"]: record for record in map(_read_json, files.models)}
+    headers = [_read_json(folder / "header.json") for folder in files.equations]
     return Study(
+        summary=pd.read_csv(files.summary),
         runs=runs,
-        trials=_by_trial(runs, models, files.participants),
+        trials=by_trial(runs, models, files.participants),
         models=models,
         thoraxes={record["participant"]: record for record in map(_read_json, files.thoraxes)},
         quality=_read_quality(files.geometry_quality),
-        equations={header["formulation"]: header for header in map(_read_json, files.equations)},
+        equations={header["formulation"]: header for header in headers},
         benchmarks=_read_benchmarks(files.benchmarks),
         assumptions=find_assumptions(files.sources),
     )
@@ -161,11 +167,17 @@ def _read_json(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def _read_runs(files: ReportFiles) -> list[Run]:
-    if not files.solutions:
+def read_runs(summaries: Sequence[Path], solutions: Sequence[Path]) -> list[Run]:
+    """Tracking solves, converged or not, from files in the same order.
+
+    Raises
+    ------
+    DataError                        no file, or two that do not belong together
+    """
+    if not solutions:
         raise DataError("report: no tracking solve. Name a participant and a plane to simulate.")
     runs = []
-    for summary, solution in zip(files.summaries, files.solutions, strict=True):
+    for summary, solution in zip(summaries, solutions, strict=True):
         run = Run(_read_json(summary), read_solution(solution, allow_failed=True))
         for key in ("participant", "trial", "formulation", "objective"):
             if run.summary[key] != run.solution.header[key]:
@@ -177,9 +189,16 @@ def _read_runs(files: ReportFiles) -> list[Run]:
     return runs
 
 
-def _by_trial(
-    runs: Sequence[Run], models: dict[str, dict[str, Any]], participants: Sequence[Path]
+def by_trial(
+    runs: Sequence[Run], models: Mapping[str, Mapping[str, Any]], participants: Sequence[Path]
 ) -> list[TrialRuns]:
+    """Solves sorted by recorded motion.
+
+    Parameters
+    ----------
+    runs : in any order
+    models : model records by participant; participants : their participant.yaml files
+    """
     people = {p.parent.name: read_participant(p.parents[1], p.parent.name) for p in participants}
     found: dict[tuple[str, str], dict[str, Run]] = defaultdict(dict)
     for run in runs:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -27,14 +28,14 @@ LABELS = {
     "euler": "Euler angles",
     "published": "published simulation",
 }
-LINES = {
+LINES: dict[str, dict[str, Any]] = {
     "recorded": {"linewidth": 4.0, "zorder": 1, "alpha": 0.6},
     "quaternion": {"linewidth": 1.4, "zorder": 4},
     "euler": {"linewidth": 1.2, "zorder": 3},
     "published": {"linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 2},
 }
 FAILED_LINE = (0, (1, 1.5))
-STYLE = {
+STYLE: Any = {
     # Text stays text, and identifiers follow from the content: equal results give equal files.
     "svg.fonttype": "none",
     "svg.hashsalt": "scapulohumeral",
@@ -64,7 +65,7 @@ class Picture:
 class Drawing:
     """A figure that remembers every curve drawn into it. Use it under ``styled``."""
 
-    def __init__(self, rows: int, columns: int, size: tuple[float, float], **shared: str) -> None:
+    def __init__(self, rows: int, columns: int, size: tuple[float, float], **shared: Any) -> None:
         self.figure = Figure(figsize=size, layout="constrained")
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **shared)
         self._curves: list[pd.DataFrame] = []
@@ -76,7 +77,7 @@ class Drawing:
             unused.set_visible(False)
         return panels[:count]
 
-    def curve(self, axes: Axes, curve: str, x: np.ndarray, y: np.ndarray, **line: object) -> None:
+    def curve(self, axes: Axes, curve: str, x: np.ndarray, y: np.ndarray, **line: Any) -> None:
         """Draw a curve and keep its numbers under the title of its panel."""
         axes.plot(x, y, **line)
         self.keep(axes.get_title(loc="left"), curve, x, y)
@@ -85,7 +86,7 @@ class Drawing:
         """Keep numbers that are drawn by other means."""
         self._curves.append(pd.DataFrame({"panel": panel, "curve": curve, "x": x, "y": y}))
 
-    def legend(self, entries: dict[str, dict[str, object]]) -> None:
+    def legend(self, entries: Mapping[str, Mapping[str, Any]]) -> None:
         """One legend for all panels, above them."""
         handles = [mpl.lines.Line2D([], [], label=label, **line) for label, line in entries.items()]
         self.figure.legend(
@@ -94,9 +95,10 @@ class Drawing:
 
     def watermark(self, text: str) -> None:
         """Cover the figure with a text: its results are none."""
+        width, height = self.figure.get_size_inches()
         self.figure.text(
-            0.5, 0.5, text, ha="center", va="center", rotation=20, fontsize=44,
-            color="#b00020", alpha=0.28, zorder=20,
+            0.5, 0.5, text, ha="center", va="center", rotation=8, color="#b00020", alpha=0.28,
+            zorder=20, fontsize=min(10.0 * height, 100.0 * width / len(text)),
         )  # fmt: skip
 
     def finish(self, name: str, caption: str) -> Picture:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,13 +48,14 @@ class Table:
     """A table: names of the columns, rows of text, and the numbers of the rows to point out."""
 
     columns: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]
     flagged: frozenset[int] = frozenset()
 
 
 def masses(study: Study) -> Table:
     """Arm mass of each participant against de Leva's anthropometry."""
-    rows, flagged = [], set()
+    rows: list[tuple[str, ...]] = []
+    flagged: set[int] = set()
     for name, record in study.models.items():
         body = record["body_mass_kg"]
         kg = [sum(record["segments"][s]["mass_kg"] for s in part) for part in ARM_SEGMENTS.values()]
@@ -177,26 +179,8 @@ def cost_terms(study: Study) -> Table:
 
 def geometry(study: Study) -> Table:
     """Quality of the muscle length functions of each participant and formulation."""
-    rows = []
-    for (participant, formulation), table in study.quality.groupby(["participant", "formulation"]):
-        wrapping = table[table.path != "straight"]
-        longest = wrapping.loc[wrapping.length_rmse_mm.idxmax()]
-        worst = wrapping.loc[wrapping.arm_rmse_worst_mm.idxmax()]
-        rows.append(
-            (
-                participant,
-                formulation,
-                f"{len(wrapping)} of {len(table)}",
-                f"{wrapping.length_rmse_mm.median():.2f}",
-                f"{longest.length_rmse_mm:.2f} ({longest.muscle})",
-                f"{wrapping.arm_rmse_median_mm.median():.2f}",
-                f"{worst.arm_rmse_worst_mm:.2f} ({worst.muscle})",
-                f"{wrapping.direction_rmse.max():.3f}",
-                f"{table.condition.max():.1e}",
-                str(int(wrapping.left_out_held_out.sum())),
-                _fibre_exceptions(table),
-            )
-        )
+    fits = study.quality.groupby(["participant", "formulation"])
+    rows = [tuple(map(str, name)) + _geometry_cells(table) for name, table in fits]
     columns = (
         "participant", "formulation", "wrapping elements", "length RMSE, median [mm]",
         "worst [mm]", "arm RMSE, median [mm]", "worst [mm]", "direction RMSE, worst",
@@ -205,9 +189,32 @@ def geometry(study: Study) -> Table:
     return Table(columns, rows)
 
 
+def _geometry_cells(table: pd.DataFrame) -> tuple[str, ...]:
+    wrapping = table[table.path != "straight"]
+    return (
+        f"{len(wrapping)} of {len(table)}",
+        f"{wrapping.length_rmse_mm.median():.2f}",
+        _worst(wrapping, "length_rmse_mm"),
+        f"{wrapping.arm_rmse_median_mm.median():.2f}",
+        _worst(wrapping, "arm_rmse_worst_mm"),
+        f"{wrapping.direction_rmse.max():.3f}",
+        f"{table.condition.max():.1e}",
+        str(int(wrapping.left_out_held_out.sum())),
+        _fibre_exceptions(table),
+    )
+
+
+def _worst(table: pd.DataFrame, column: str) -> str:
+    """Largest number of a column and the muscle that has it."""
+    row = int(table[column].to_numpy().argmax())
+    return f"{table[column].iloc[row]:.2f} ({table.muscle.iloc[row]})"
+
+
 def _fibre_exceptions(table: pd.DataFrame) -> str:
     outside = table[table.fibre_outside]
-    return ", ".join(f"{r.muscle} {r.fibre_min:.2f}–{r.fibre_max:.2f}" for r in outside.itertuples())
+    return ", ".join(
+        f"{r.muscle} {r.fibre_min:.2f}–{r.fibre_max:.2f}" for r in outside.itertuples()
+    )
 
 
 def thoraxes(study: Study) -> Table:
@@ -254,7 +261,9 @@ def muscle_groups(study: Study) -> Table:
     groups: dict[str, list[str]] = {}
     for muscle in record["muscles"]:
         groups.setdefault(muscle["group"], []).append(muscle["name"])
-    rows = [(GROUP_NAMES.get(g, g), str(len(names)), ", ".join(names)) for g, names in groups.items()]
+    rows = [
+        (GROUP_NAMES.get(g, g), str(len(names)), ", ".join(names)) for g, names in groups.items()
+    ]
     return Table(("group", "elements", "names"), rows)
 
 

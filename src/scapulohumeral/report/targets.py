@@ -118,8 +118,7 @@ def mean_error(quaternion: pd.DataFrame, column: str, limit: float) -> Verdict:
     mean = float(quaternion[column].mean())
     above = quaternion[quaternion[column] > limit]
     worse = tuple(
-        f"{run} {value:.2f} deg"
-        for run, value in zip(run_names(above), above[column], strict=True)
+        f"{run} {value:.2f} deg" for run, value in zip(run_names(above), above[column], strict=True)
     )
     return Verdict(name, f"{mean:.2f} deg", f"≤ {limit:g} deg", mean <= limit, worse)
 
@@ -134,7 +133,11 @@ def geometry_error(quality: pd.DataFrame, column: str, kind: str, limit: float) 
         for r in above.itertuples()
     ]
     if kind == "median":
-        worse = [f"{' '.join(fit)} {v:.2f} mm" for fit, v in by_fit.items() if v > limit]
+        worse = [
+            f"{' '.join(map(str, f))} {v:.2f} mm"
+            for f, v in zip(by_fit.index, by_fit, strict=True)
+            if v > limit
+        ]
     largest = float(np.max(by_fit))
     word = {"median": "median", "max": "worst"}[kind]
     return Verdict(

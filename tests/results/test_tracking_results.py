@@ -1,0 +1,101 @@
+"""Tracking results: complete, converged, accurate, readable. Run by the rule test_results."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.report import targets
+
+pytestmark = pytest.mark.results
+
+
+@pytest.fixture(scope="module")
+def summary(files) -> pd.DataFrame:
+    """One row per solve."""
+    return pd.read_csv(files["summary"])
+
+
+@pytest.fixture(scope="module")
+def quaternion(summary: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the quaternion solves, which the accuracy targets are for."""
+    rows = summary[summary.formulation == "quaternion"]
+    if rows.empty:
+        pytest.skip("the study has no quaternion solve")
+    return rows
+
+
+def test_every_requested_solve_has_a_row(summary: pd.DataFrame, files) -> None:
+    """Paths are <participant>/<plane>_<formulation>.npz."""
+    requested = {(p.parent.name, *p.stem.rsplit("_", 1)) for p in map(Path, files["solutions"])}
+    rows = set(summary[["participant", "plane", "formulation"]].itertuples(index=False, name=None))
+    assert rows == requested
+    assert len(summary) == len(requested)
+
+
+def test_every_solve_is_optimal(summary: pd.DataFrame) -> None:
+    verdict = targets.all_solved(summary)
+    assert verdict.holds, verdict
+
+
+def test_no_constraint_is_violated(summary: pd.DataFrame) -> None:
+    verdict = targets.violation(summary)
+    assert verdict.holds, verdict
+
+
+def test_quaternions_keep_unit_length(quaternion: pd.DataFrame) -> None:
+    verdict = targets.unit_norm(quaternion)
+    assert verdict.holds, verdict
+
+
+@pytest.mark.parametrize("measure", targets.LARGEST_MEAN_ERROR_DEG)
+def test_mean_tracking_error(quaternion: pd.DataFrame, measure: str) -> None:
+    limit = targets.LARGEST_MEAN_ERROR_DEG[measure]
+    verdict = targets.mean_error(quaternion, measure, limit)
+    assert verdict.holds, verdict
+
+
+def test_muscle_geometry_meets_its_targets(summary: pd.DataFrame, files) -> None:
+    tables = [
+        pd.read_csv(path).assign(
+            participant=path.parent.name, formulation=path.stem.removesuffix("_quality")
+        )
+        for path in map(Path, files["geometry_quality"])
+    ]
+    verdicts = targets.verdicts(summary, pd.concat(tables, ignore_index=True))
+    missed = [v for v in verdicts if v.name.startswith(("muscle length", "moment arm"))]
+    assert missed
+    assert all(verdict.holds for verdict in missed), missed
+
+
+def test_solutions_can_be_read_again(files) -> None:
+    for path in map(Path, files["solutions"]):
+        solution = read_solution(path)
+        nodes, muscles = len(solution.time_s), len(solution.muscles)
+        assert solution.activation.shape == solution.excitation.shape == (nodes, muscles)
+        assert solution.pose.shape == solution.reference_pose.shape == (nodes, 13)
+        assert np.isfinite(solution.q).all()
+        assert np.isfinite(solution.activation).all()
+        assert (np.diff(solution.time_s) > 0.0).all()
+
+
+def test_activations_are_physical(files) -> None:
+    """Bounds hold up to IPOPT's own relaxation of them, 1e-8."""
+    for path in map(Path, files["solutions"]):
+        solution = read_solution(path)
+        for values in (solution.activation, solution.excitation):
+            assert values.min() >= -1e-6, path
+            assert values.max() <= 1.0 + 1e-6, path
+
+
+def test_exports_have_one_row_per_node(files) -> None:
+    exports = zip(files["solutions"], files["motions"], files["states"], strict=True)
+    for solution, *tables in exports:
+        nodes = len(read_solution(Path(solution)).time_s)
+        for table in tables:
+            head, body = Path(table).read_text(encoding="utf-8").split("endheader\n")
+            assert f"nRows={nodes}" in head.splitlines()
+            assert "status=optimal" in head.splitlines()
+            assert len(body.splitlines()) == nodes + 1, table

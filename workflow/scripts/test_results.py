@@ -13,7 +13,8 @@ class StudyFiles:
     """Hands the inputs of the rule to the tests."""
 
     @pytest.fixture(scope="session")
-    def files(self):
+    @classmethod
+    def files(cls):
         """Inputs of the rule by name."""
         return dict(snakemake.input.items())
 

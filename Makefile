@@ -39,9 +39,8 @@ quick: $(environment) ## Run one participant and one plane, up to the report
 report: $(environment) ## Bring the report of the full study up to date
 	$(study) reports/report.html
 
-bench: $(environment) ## Solve the quick study again and print times and memory
-	$(quick) --forcerun solve_tracking --until solve_tracking
-	python workflow/scripts/print_benchmarks.py results/benchmarks
+bench: $(environment) ## Measure the solver against limited memory and plain opty (15 minutes)
+	$(study) results/bench/solver.json
 
 test: lint unit ## Check format, types and workflow; run the tests and the quick study
 	$(quick)

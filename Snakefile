@@ -20,6 +20,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/model.smk"
 include: "workflow/rules/solve.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/bench.smk"
 include: "workflow/rules/test.smk"
 
 

@@ -119,6 +119,8 @@ def _svg(figure: Figure) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    # Nothing refers to the names of groups, and they would repeat from figure to figure.
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
     text = re.sub(r' d="([^"]*)"', _short_path, text)
     return re.sub(r"\n\s*", "\n", text)
 

@@ -169,7 +169,7 @@ def test_verdicts_name_what_misses_the_target() -> None:
     assert found["deviation of quaternion norms from one"].holds
     worst = [v for v in verdicts if "worst rotation" in v.name]
     assert not worst[0].holds
-    assert worst[0].worse == ("par1 euler pect_maj_c_2 6.00 mm",)
+    assert worst[0].worse == ("par1 euler pect_maj_c_2 6.000 mm",)
 
 
 def test_nothing_converged_does_not_hold() -> None:

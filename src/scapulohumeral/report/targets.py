@@ -129,12 +129,12 @@ def geometry_error(quality: pd.DataFrame, column: str, kind: str, limit: float) 
     by_fit = wrapping.groupby(["participant", "formulation"])[column].agg(kind)
     above = wrapping[wrapping[column] > limit] if kind == "max" else wrapping.iloc[:0]
     worse: Sequence[str] = [
-        f"{r.participant} {r.formulation} {r.muscle} {getattr(r, column):.2f} mm"
+        f"{r.participant} {r.formulation} {r.muscle} {getattr(r, column):.3f} mm"
         for r in above.itertuples()
     ]
     if kind == "median":
         worse = [
-            f"{' '.join(map(str, f))} {v:.2f} mm"
+            f"{' '.join(map(str, f))} {v:.3f} mm"
             for f, v in zip(by_fit.index, by_fit, strict=True)
             if v > limit
         ]
@@ -142,7 +142,7 @@ def geometry_error(quality: pd.DataFrame, column: str, kind: str, limit: float) 
     word = {"median": "median", "max": "worst"}[kind]
     return Verdict(
         f"{GEOMETRY_NAMES[column]}, {word} RMSE of the wrapping elements on held-out poses",
-        f"at most {largest:.2f} mm",
+        f"at most {largest:.3f} mm",
         f"≤ {limit:g} mm",
         largest <= limit,
         tuple(worse),

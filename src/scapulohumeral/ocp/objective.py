@@ -12,9 +12,11 @@ Letters: N nodes, M muscles, Nq coordinates, E tracking errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from scapulohumeral.dynamics.compiled import VectorFunction
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
 
@@ -106,20 +108,29 @@ class Objective:
     glenoid: tuple[float, float]
     activity: np.ndarray
 
-    def __post_init__(self) -> None:
-        """Precompute quadrature and error weights."""
-        nodes = len(self.reference)
-        quadrature = np.full(nodes, self.step)
-        quadrature[[0, -1]] *= 0.5
-        w = self.weights
-        tracked = np.array([w.trajectory * (g in w.tracked) for g in self.errors.groups])
-        norm = np.array([w.quaternion_norm * (g == "norm") for g in self.errors.groups])
-        per_node = self.activity[:, None] * tracked + norm
-        object.__setattr__(self, "_quadrature", quadrature)
-        object.__setattr__(self, "_error_weights", quadrature[:, None] * per_node)
-        object.__setattr__(self, "_stability", stability_errors())
-        shares = w.stability * np.array([SUPERIOR_INFERIOR_SHARE, 1.0])
-        object.__setattr__(self, "_stability_weights", quadrature[:, None] * shares)
+    @cached_property
+    def _quadrature(self) -> np.ndarray:
+        """Trapezoidal weights (N,) [s]."""
+        weights = np.full(len(self.reference), self.step)
+        weights[[0, -1]] *= 0.5
+        return weights
+
+    @cached_property
+    def _error_weights(self) -> np.ndarray:
+        """Weights of the squared errors, (N, E)."""
+        w, groups = self.weights, self.errors.groups
+        tracked = np.array([w.trajectory * (g in w.tracked) for g in groups])
+        norm = np.array([w.quaternion_norm * (g == "norm") for g in groups])
+        return self._quadrature[:, None] * (self.activity[:, None] * tracked + norm)
+
+    @cached_property
+    def _stability(self) -> VectorFunction:
+        return stability_errors()
+
+    @cached_property
+    def _stability_weights(self) -> np.ndarray:
+        shares = self.weights.stability * np.array([SUPERIOR_INFERIOR_SHARE, 1.0])
+        return self._quadrature[:, None] * shares
 
     def terms(self, x: Trajectory) -> dict[str, float]:
         """Value of each term by name."""

@@ -55,7 +55,11 @@ def symbolic_equations(
     activation = [
         a.diff(t) - (1 / td + (1 / ta - 1 / td) * e) * (e - a)
         for a, e, ta, td in zip(
-            activations, excitations, muscles.activation_time, muscles.deactivation_time, strict=True
+            activations,
+            excitations,
+            muscles.activation_time,
+            muscles.deactivation_time,
+            strict=True,
         )
     ]
     return SymbolicEquations(
@@ -107,6 +111,4 @@ def _tension(muscles: MuscleParameters, m: int, length, velocity, activation) ->
     passive = (sm.exp(c.passive_stiffness / c.passive_strain * x) - 1) / np.expm1(
         c.passive_stiffness
     )
-    return muscles.max_isometric_force[m] * (
-        muscles.capacity[m] * active * activation + passive
-    )
+    return muscles.max_isometric_force[m] * (muscles.capacity[m] * active * activation + passive)

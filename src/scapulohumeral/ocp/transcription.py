@@ -244,7 +244,7 @@ class Collocation:
         return np.hstack([coordinates, equations[:10].T])
 
     @cached_property
-    def _xa_pattern(self) -> tuple[np.ndarray, np.ndarray]:
+    def _xa_pattern(self) -> tuple[np.ndarray, ...]:
         return np.nonzero(self._x_by_muscle.T)
 
     @cached_property
@@ -304,7 +304,7 @@ class LagrangianHessian:
     instance_norm: np.ndarray
 
     @cached_property
-    def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
+    def _pairs(self) -> tuple[np.ndarray, ...]:
         """Lower triangle of node blocks in x."""
         c = self.collocation
         if self.exact:
@@ -315,7 +315,7 @@ class LagrangianHessian:
         return np.nonzero(np.tril(pattern))
 
     @cached_property
-    def _cross_pairs(self) -> tuple[np.ndarray, np.ndarray]:
+    def _cross_pairs(self) -> tuple[np.ndarray, ...]:
         """Pairs of x variables at the right and the left node of an interval."""
         c = self.collocation
         nq = c.layout.coordinates

@@ -11,6 +11,7 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from opty.direct_collocation import ConstraintCollocator
@@ -44,7 +45,8 @@ def benchmark_solver(
     Keys: tracking_seconds, limited_memory_seconds (to the same objective within 1e-4; null if it
     did not get there), ratio_limited_memory, build_seconds, opty_build_seconds, ratio_build,
     ratio_iteration (opty over ours, functions and derivatives that an iteration evaluates, same
-    muscles), opty_muscles, the largest differences of constraints and Jacobian, and what the figures were measured on.
+    muscles), opty_muscles, the largest differences of constraints and Jacobian, and what the
+    figures were measured on.
     """
     posed = pose_tracking(trial, files, settings)
     record = {
@@ -115,7 +117,7 @@ def compare_with_opty(posed: TrackingProblem, count: int) -> dict:
     constraints = collocator.generate_constraint_function()
     jacobian = collocator.generate_jacobian_function()
     opty_seconds = time.perf_counter() - start
-    free = 0.3 + 0.1 * np.random.default_rng(0).normal(size=problem.num_free)
+    free = np.random.default_rng(0).normal(0.3, 0.1, size=(problem.num_free,))
     theirs = _seconds(lambda: (constraints(free), jacobian(free)))
     ours = _seconds(lambda: (problem.constraints(free), problem.jacobian(free)))
     return {
@@ -178,7 +180,7 @@ def _full_evaluation(posed: TrackingProblem) -> float:
     )
 
 
-def _seconds(function: Callable[[], object]) -> float:
+def _seconds(function: Callable[[], Any]) -> float:
     """Median seconds of a call."""
     function()
     times = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from scapulohumeral.model.rotations import (
@@ -46,7 +48,7 @@ def tracking_metrics(solution: Solution) -> dict[str, float]:
     }
 
 
-def _euler_rmse(ours, recorded, segment: str, sequence: str, count: int) -> float:
+def _euler_rmse(ours, recorded, segment: str, sequence: Literal["YZX", "YZY"], count: int) -> float:
     angles = [quaternion_to_euler(s[segment], sequence)[:, :count] for s in (ours, recorded)]
     difference = angles[0] - angles[1]
     return _rms_deg((difference + np.pi) % (2 * np.pi) - np.pi)

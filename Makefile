@@ -39,7 +39,8 @@ quick: $(environment) ## Run one participant and one plane, up to the report
 report: $(environment) ## Bring the report of the full study up to date
 	$(study) reports/report.html
 
-bench: $(environment) ## Measure the solver against limited memory and plain opty (15 minutes)
+bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
+	pytest -m slow --numprocesses $(CORES)
 	$(study) results/bench/solver.json
 
 test: lint unit ## Check format, types and workflow; run the tests and the quick study
@@ -54,7 +55,7 @@ lint: $(environment) ## Check format, lint and types
 
 # The opensim and casadi wheels cannot be loaded into one process.
 unit: $(environment) ## Run the tests that need no results
-	pytest -m "not opensim and not results" --numprocesses $(CORES)
+	pytest -m "not opensim and not results and not slow" --numprocesses $(CORES)
 	pytest -m opensim || [ $$? -eq 5 ]  # 5: no test carries the mark
 
 format: $(environment) ## Format all files

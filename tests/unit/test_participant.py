@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.model.participant import list_participants, read_motion, read_participant
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.participant import list_participants, read_participant
 
 pytestmark = pytest.mark.unit
 
@@ -119,3 +120,17 @@ def test_wrong_participant_file_is_refused(folder, old, new, message):
     with pytest.raises((ConfigError, DataError), match=message) as refusal:
         read_participant(folder, "par2")
     assert "par2/" in str(refusal.value)
+
+
+def test_raw_recording_is_smoothed_where_the_participant_says_so(folder):
+    path = folder / "par2" / "participant.yaml"
+    raw = read_participant(folder, "par2").trial("frontal").motion
+    replace(
+        path,
+        "frontal.csv, hand_load_kg: 0.0",
+        "frontal.csv, hand_load_kg: 0.0, smooth_cutoff_hz: 3",
+    )
+    smooth = read_participant(folder, "par2").trial("frontal").motion
+    jerk = [np.abs(np.diff(m.angles_rad[:, 9], 3)).max() for m in (raw, smooth)]
+    assert jerk[1] < jerk[0]
+    np.testing.assert_allclose(smooth.angles_rad[:, 9], raw.angles_rad[:, 9], atol=0.05)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.model.participant import Motion
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import relative_angle, trial_to_pose
 from scapulohumeral.model.smoothing import smooth_recording
 

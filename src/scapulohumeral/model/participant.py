@@ -12,27 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
 
-from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.model.csv_table import number, read_rows
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
-
-TIME_COLUMN = "time_s"
-ANGLE_COLUMNS = tuple(f"{name}_deg" for name in ANGLE_NAMES)
-FEWEST_FRAMES = 4
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Joint angles over time: `time_s` (T,), `angles_rad` (T, 10)."""
-
-    time_s: Array
-    angles_rad: Array
+from scapulohumeral.model.smoothing import smooth_recording
 
 
 @dataclass(frozen=True)
@@ -47,6 +34,7 @@ class Ellipsoid:
 class Trial:
     """One recorded motion of a participant, and what it held in its hand.
 
+    A raw recording is smoothed on reading, if participant.yaml gives a cut-off for it.
     `published_file` is the published simulation of the same trial, or None.
     """
 
@@ -92,59 +80,6 @@ class Participant:
                 f"or add it to participant.yaml of {self.name}."
             )
         return self.trials[name]
-
-
-def read_motion(path: Path) -> Motion:
-    """Joint angles over time from a table in degrees.
-
-    Parameters
-    ----------
-    path : Path                      columns time_s, SC_y_deg, ..., EL_x_deg
-
-    Raises
-    ------
-    DataError                        missing column or number, time that does not increase, or
-                                     angles that cannot be degrees; names file, row and column
-    """
-    rows = read_rows(path, (TIME_COLUMN, *ANGLE_COLUMNS))
-    table = np.array(
-        [
-            [number(path, i, row, column) for column in (TIME_COLUMN, *ANGLE_COLUMNS)]
-            for i, row in enumerate(rows, start=2)
-        ]
-    )
-    _check_time(path, table[:, 0])
-    _check_degrees(path, table[:, 1:])
-    return Motion(table[:, 0], np.deg2rad(table[:, 1:]))
-
-
-def _check_time(path: Path, time: Array) -> None:
-    if len(time) < FEWEST_FRAMES:
-        raise DataError(f"{path}: {len(time)} frames; a motion needs at least {FEWEST_FRAMES}.")
-    stalled = np.flatnonzero(np.diff(time) <= 0.0)
-    if stalled.size:
-        row = int(stalled[0]) + 3
-        raise DataError(
-            f"{path}, row {row}, column {TIME_COLUMN}: {time[row - 2]} s does not follow "
-            f"{time[row - 3]} s. Sort the rows by time and remove repeated ones."
-        )
-
-
-def _check_degrees(path: Path, angles: Array) -> None:
-    # Radians stay within one turn, 2 pi. In degrees that would mean all joints within 6.3 deg of
-    # zero, scapula parallel to clavicle included, where no shoulder can be (AC_y is 33 to 69 deg).
-    if np.abs(angles).max() <= 2.0 * np.pi:
-        raise DataError(
-            f"{path}: all angles are within +-{np.abs(angles).max():.2f}, so these are radians; "
-            "expected degrees. Multiply the angle columns by 180/pi."
-        )
-    beyond = np.argwhere(np.abs(angles) > 360.0)
-    if beyond.size:
-        i, k = beyond[0]
-        raise DataError(
-            f"{path}, row {i + 2}, column {ANGLE_COLUMNS[k]}: {angles[i, k]} deg is beyond one "
-            "turn. Check the unit, or subtract full turns."
-        )
 
 
 def list_participants(directory: Path) -> tuple[str, ...]:
@@ -209,10 +144,13 @@ def _read_document(path: Path) -> dict[str, Any]:
 
 def _trial(folder: Path, name: str, entry: Mapping[str, Any]) -> Trial:
     published = entry["published"]
+    motion = read_motion(folder / entry["file"])
+    if "smooth_cutoff_hz" in entry:
+        motion = smooth_recording(motion, float(entry["smooth_cutoff_hz"]))
     return Trial(
         name=name,
         file=folder / entry["file"],
-        motion=read_motion(folder / entry["file"]),
+        motion=motion,
         hand_load_kg=float(entry["hand_load_kg"]),
         published_file=folder / published if published else None,
     )

@@ -49,7 +49,14 @@ _TRIAL = _object(
             "description": "mass held in the hand [kg]",
         },
         "published": {**_FILE, "type": ["string", "null"]},
+        "smooth_cutoff_hz": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "maximum": 20,
+            "description": "cut-off of the low-pass filter for a raw recording [Hz]",
+        },
     },
+    "smooth_cutoff_hz",
 )
 
 PARTICIPANT_SCHEMA = _object(

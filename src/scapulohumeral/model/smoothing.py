@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.model.participant import Motion
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, pose_to_trial, trial_to_pose
 
 FILTER_ORDER = 2

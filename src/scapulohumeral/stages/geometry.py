@@ -17,6 +17,7 @@ from scapulohumeral.dynamics.compiled import CompiledDynamics
 from scapulohumeral.dynamics.formulation import get_formulation
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_fit import (
     FitSamples,
     FitSettings,
@@ -25,7 +26,6 @@ from scapulohumeral.model.muscle_fit import (
     on_one_branch,
 )
 from scapulohumeral.model.muscle_geometry import crossed_joints
-from scapulohumeral.model.participant import read_motion
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     Array,

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from scapulohumeral.errors import DataError, ModelError
-from scapulohumeral.model.participant import read_motion
+from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.rotations import Array, trial_to_pose
 from scapulohumeral.model.thorax_clearance import segment_frames
 

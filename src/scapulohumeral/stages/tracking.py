@@ -20,8 +20,9 @@ from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters, muscle_parameters
 from scapulohumeral.errors import DataError
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.muscle_geometry import load_geometry
-from scapulohumeral.model.participant import Motion, read_participant
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     pose_to_trial,

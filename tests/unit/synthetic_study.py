@@ -114,6 +114,7 @@ def model_record(participant: str) -> dict:
             "hand_r": {"mass_kg": 1.7},
         },
         "joints": {"ac1": {"location_m": [0.14, 0.0, 0.0]}},
+        "conoid": {"stiffness_N_per_m": 1e4},
         "pronation_rad": 2.0 * np.pi / 3.0,
         "muscles": [{"name": name, "group": group} for name, group in MUSCLES.items()],
         "constants": {

@@ -19,10 +19,6 @@ SINGULAR_ELEVATION_DEG = 8.0
 GIMBAL_CASE = ("par2", "frontal")
 GIMBAL_MUSCLES = ("pect_maj_c_2", "delt_scap_6")
 
-# Stiffness of the conoid ligament in the published simulations [N/m] (das3_readosim.m of
-# zoufaond/Quaternion-Predictive-SHR).
-CONOID_STIFFNESS_N_PER_M = 1000.0
-
 # Body mass of the participants [kg], mean and standard deviation (section on experimental data).
 BODY_MASS_MEAN_KG = 83.0
 BODY_MASS_SD_KG = 12.8

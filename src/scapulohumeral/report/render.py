@@ -9,7 +9,6 @@ import numpy as np
 
 from scapulohumeral.report import figures, solver_figures, tables
 from scapulohumeral.report.gimbal import gimbal_lock
-from scapulohumeral.report.paper import CONOID_STIFFNESS_N_PER_M
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
 
@@ -57,7 +56,9 @@ def _content(study: Study) -> dict[str, Any]:
         "reaction": figures.reaction_figure(study.trials),
         "gimbal": gimbal_lock(study),
         "clavicle": clavicle_point(study),
-        "conoid": conoid_stiffness(study),
+        "conoid_N_per_m": sorted(
+            {record["conoid"]["stiffness_N_per_m"] for record in study.models.values()}
+        ),
         "masses": sorted({record["masses"] for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
     }
@@ -99,9 +100,3 @@ def clavicle_point(study: Study) -> dict[str, Any]:
         "share_at_ac": min(distances) ** 2,
         "share_quaternion": 0.25,
     }
-
-
-def conoid_stiffness(study: Study) -> dict[str, Any]:
-    """Stiffness of the conoid ligament here and in the published simulations [N/m]."""
-    here = {record["conoid"]["stiffness_N_per_m"] for record in study.models.values()}
-    return {"here": sorted(here), "published": CONOID_STIFFNESS_N_PER_M}

@@ -236,7 +236,7 @@ def _shade_singular(axes: Axes, trial: TrialRuns) -> None:
     half = 0.5 * (s.time_s[1] - s.time_s[0])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
     for first, end in edges.reshape(-1, 2):
-        axes.axvspan(s.time_s[first] - half, s.time_s[end - 1] + half, color="#f4e3b2", zorder=0)
+        axes.axvspan(s.time_s[first] - half, s.time_s[end - 1] + half, color="#f7edd0", zorder=0)
 
 
 @styled

@@ -12,7 +12,12 @@ import numpy as np
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.report.figures import gimbal_figure
-from scapulohumeral.report.kinematics import largest_bend, largest_step
+from scapulohumeral.report.kinematics import (
+    ELEVATION_COLUMN,
+    largest_bend,
+    largest_step,
+    passes_gimbal_lock,
+)
 from scapulohumeral.report.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.report.study import FORMULATIONS, Study, TrialRuns
 from scapulohumeral.report.svg import Picture
@@ -25,9 +30,17 @@ SPIKE_RATIO = 2.0
 
 @dataclass(frozen=True)
 class GimbalLock:
-    """Figure, numbers and a sentence about the paper's case; None where there is nothing to say."""
+    """What there is to say about gimbal lock.
+
+    Attributes
+    ----------
+    finding : a sentence about the paper's case
+    trials : abruptness of every trial that both formulations solve
+    figure, table : the paper's case, or None where the study does not have it
+    """
 
     finding: str
+    trials: Table
     figure: Picture | None = None
     table: Table | None = None
 
@@ -36,12 +49,30 @@ def gimbal_lock(study: Study) -> GimbalLock:
     """Compare both formulations in the paper's case, as far as the study has it."""
     trial = study.trial(*GIMBAL_CASE)
     case = " ".join(GIMBAL_CASE)
+    everywhere = abruptness(study)
     if trial is None or set(trial.runs) != set(FORMULATIONS):
-        return GimbalLock(f"This study does not solve {case} in both formulations.")
-    if any(run.failed for run in trial.runs.values()):
+        return GimbalLock(f"This study does not solve {case} in both formulations.", everywhere)
+    if not comparable(trial):
         finding = f"Not every solve of {case} converged, so there is nothing to compare."
-        return GimbalLock(finding, gimbal_figure(trial))
-    return GimbalLock(spike_sentence(trial), gimbal_figure(trial), spikes(trial))
+        return GimbalLock(finding, everywhere, gimbal_figure(trial))
+    return GimbalLock(spike_sentence(trial), everywhere, gimbal_figure(trial), spikes(trial))
+
+
+def comparable(trial: TrialRuns) -> bool:
+    """Whether both formulations solved a trial."""
+    return set(trial.runs) == set(FORMULATIONS) and not any(r.failed for r in trial.runs.values())
+
+
+def abruptness(study: Study) -> Table:
+    """Largest second difference of any activation, in every trial that both formulations solve."""
+    rows = []
+    for trial in filter(comparable, study.trials):
+        euler, quaternion = measure_pair(trial, "activation", None, "second difference")
+        recorded = trial.any_run.solution.reference_rad[:, ELEVATION_COLUMN]
+        near = "yes" if passes_gimbal_lock(recorded) else "no"
+        numbers = (f"{euler:.4f}", f"{quaternion:.4f}", f"{ratio(euler, quaternion):.2f}")
+        rows.append((trial.participant, trial.trial, near, *numbers))
+    return Table(("participant", "plane", "near gimbal lock", "Euler", "quaternion", "ratio"), rows)
 
 
 def spikes(trial: TrialRuns) -> Table:

@@ -65,7 +65,7 @@ def convergence_figure(study: Study) -> Picture:
         axes.set_title(label, loc="left")
         axes.set_yscale("log")
         axes.set_xlabel("iteration, phases one after the other")
-        axes.set_ylabel("scaled by IPOPT [1]")
+        axes.set_ylabel("as reported by IPOPT [1]")
         for run in study.runs:
             values = np.array([step[key] for step in run.summary["history"]])
             shown = np.where(values > 0.0, values, np.nan)

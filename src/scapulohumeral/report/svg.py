@@ -84,7 +84,7 @@ class Drawing:
 
     def keep(self, panel: str, curve: str, x: Sequence | np.ndarray, y: np.ndarray) -> None:
         """Keep numbers that are drawn by other means."""
-        self._curves.append(pd.DataFrame({"panel": panel, "curve": curve, "x": x, "y": y}))
+        self._curves.append(pd.DataFrame({"curve": f"{panel} | {curve}", "x": x, "y": y}))
 
     def legend(self, entries: Mapping[str, Mapping[str, Any]]) -> None:
         """One legend for all panels, above them."""
@@ -103,9 +103,9 @@ class Drawing:
 
     def finish(self, name: str, caption: str) -> Picture:
         """SVG text and numbers of the figure."""
-        numbers = pd.concat(self._curves, ignore_index=True).to_csv(
-            index=False, float_format="%.5g", lineterminator="\n"
-        )
+        # One column per curve: the names of panel and curve in every row would fill megabytes.
+        table = pd.concat(self._curves).pivot(index="x", columns="curve", values="y")
+        numbers = table.to_csv(float_format="%.5g", lineterminator="\n")
         data = base64.b64encode(numbers.encode()).decode()
         return Picture(name, _svg(self.figure), caption, f"data:text/csv;base64,{data}")
 

@@ -149,16 +149,30 @@ def solver(study: Study) -> Table:
             f"{run.summary['objective']:.5g}",
             f"{run.summary['constraint_violation']:.1e}",
             f"{run.summary['norm_rmse']:.1e}" if run.formulation == "quaternion" else "",
-            f"{run.summary['max_activation_step']:.3f}",
+            _largest_activation(run),
+            _largest_activation_step(run),
             run.summary["message"],
         )
         for run in study.runs
     ]
     columns = (
         "participant", "plane", "formulation", "status", "iterations", "time [s]", "objective",
-        "violation", "norm RMSE", "largest activation step", "IPOPT",
+        "violation", "norm RMSE", "largest activation",
+        "largest activation step", "IPOPT",
     )  # fmt: skip
     return Table(columns, rows, frozenset(i for i, run in enumerate(study.runs) if run.failed))
+
+
+def _largest_activation(run: Run) -> str:
+    """Largest activation of any element, and which it is: at 1 an element can do no more."""
+    largest = run.solution.activation.max(axis=0)
+    return f"{largest.max():.2f} ({run.solution.muscles[largest.argmax()]})"
+
+
+def _largest_activation_step(run: Run) -> str:
+    """Largest change between neighbouring nodes, and the element that makes it."""
+    steps = np.abs(np.diff(run.solution.activation, axis=0)).max(axis=0)
+    return f"{run.summary['max_activation_step']:.3f} ({run.solution.muscles[steps.argmax()]})"
 
 
 def cost_terms(study: Study) -> Table:

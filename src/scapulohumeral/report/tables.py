@@ -151,14 +151,14 @@ def solver(study: Study) -> Table:
             f"{run.summary['norm_rmse']:.1e}" if run.formulation == "quaternion" else "",
             _largest_activation(run),
             _largest_activation_step(run),
-            run.summary["message"],
+            run.summary["message"] if run.failed else "",
         )
         for run in study.runs
     ]
     columns = (
         "participant", "plane", "formulation", "status", "iterations", "time [s]", "objective",
         "violation", "norm RMSE", "largest activation",
-        "largest activation step", "IPOPT",
+        "largest activation step", "why it stopped",
     )  # fmt: skip
     return Table(columns, rows, frozenset(i for i, run in enumerate(study.runs) if run.failed))
 

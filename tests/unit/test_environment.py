@@ -1,6 +1,7 @@
 """The installed packages are the locked ones, and the lock file is complete and portable."""
 
 import re
+import sysconfig
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -27,7 +28,9 @@ def canonical(name: str) -> str:
 
 
 def test_installed_versions_are_the_locked_ones(locked: dict[str, str]) -> None:
-    installed = {canonical(d.name): d.version for d in metadata.distributions()}
+    # Only site-packages: once setuptools is imported, the copies it carries are on the path too.
+    folder = sysconfig.get_path("purelib")
+    installed = {canonical(d.name): d.version for d in metadata.distributions(path=[folder])}
     differing = {
         name: (version, installed.get(name))
         for name, version in locked.items()

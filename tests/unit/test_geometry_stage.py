@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.muscle_fit import FitSettings
-from scapulohumeral.model.participant import ANGLE_COLUMNS
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
     quaternion_to_matrix,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ModelError
-from scapulohumeral.model.participant import ANGLE_COLUMNS
+from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.stages import thorax
 
 pytestmark = pytest.mark.unit

@@ -57,7 +57,7 @@ class FitSettings:
     direction_target: float = 0.01
     rmse_change: float = 0.02
     batch: int = 10
-    max_terms: int = 220
+    max_terms: int = 260
     max_condition: float = 1e7
     jump_m: float = 0.006
     jump_spread: float = 8.0

@@ -135,7 +135,7 @@ def _angle_difference(sine, cosine, reference) -> sm.Expr:
     return sm.atan2(sine * c - cosine * s, cosine * c + sine * s)
 
 
-def glenoid_rotation(inclination, version) -> sm.Matrix:
+def glenoid_rotation(inclination: sm.Expr, version: sm.Expr) -> sm.Matrix:
     """Columns: outward normal, superior and posterior axis of the glenoid, scapula axes.
 
     Scapula axes of a right shoulder: x lateral, y up, z back. Inferior inclination turns the

@@ -171,7 +171,9 @@ class Collocation:
                 columns.append(lay.index(kind, variable, interval + shift).ravel())
         return np.concatenate(rows), np.concatenate(columns)
 
-    def curvature(self, free: np.ndarray, multipliers: np.ndarray):
+    def curvature(
+        self, free: np.ndarray, multipliers: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Second derivatives of multipliers . constraints per interval.
 
         Returns

@@ -36,8 +36,8 @@ reproduce: $(environment) ## Run the full study, up to the report
 quick: $(environment) ## Run one participant and one plane, up to the report
 	$(quick)
 
-report: $(environment) ## Bring the report of the full study up to date
-	$(study) reports/report.html
+report: $(environment) ## Bring the report of the full study and the pictures of the README up to date
+	$(study) reports/report.html reports/motion.svg reports/gimbal_lock.svg
 
 bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
 	pytest -m slow --numprocesses $(CORES)

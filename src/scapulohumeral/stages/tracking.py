@@ -75,6 +75,7 @@ class TrackingProblem:
     ----------
     forces, muscles, parameters, objective : see :class:`Problem`
     time_s : (N,); angles_rad : (N, 10) recorded joint angles on the mesh
+    recording : file of the recorded motion
     """
 
     forces: MuscleForces
@@ -83,6 +84,7 @@ class TrackingProblem:
     objective: Objective
     time_s: np.ndarray
     angles_rad: np.ndarray
+    recording: Path
 
     def problem(self, hessian: str) -> Problem:
         """The problem with a Hessian mode."""
@@ -157,6 +159,7 @@ def pose_tracking(trial: str, files: TrackingFiles, settings: TrackingSettings) 
         objective=objective,
         time_s=time_s,
         angles_rad=angles,
+        recording=recording.file,
     )
 
 
@@ -229,7 +232,7 @@ def _header(
     result: Result,
 ) -> dict:
     participant = files.participant.parent.name
-    inputs = [files.participant, files.model, files.thorax, files.geometry]
+    inputs = [files.participant, posed.recording, files.model, files.thorax, files.geometry]
     inputs += sorted(files.equations.iterdir())
     x = posed.problem("gauss-newton").trajectory(result.point.free)
     return {

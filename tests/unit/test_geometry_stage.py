@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from arm import HILL_RECORD
 
 from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.muscle_fit import FitSettings
@@ -125,21 +126,11 @@ STRAIGHT_MUSCLE = {
     "activation_time_s": 0.01,
     "deactivation_time_s": 0.04,
 }
-HILL = {
-    "f_gauss": 0.25,
-    "k_pe": 5.0,
-    "epsilon_m0": 0.6,
-    "d1": -0.318,
-    "d2": -8.149,
-    "d3": -0.374,
-    "d4": 0.886,
-    "v_max": 10.0,
-}
 
 
 def test_assessment_of_an_exact_path(equations, tmp_path):
     """Samples of a straight path from plain geometry; one held-out length is 1 mm off."""
-    record = {**RECORD, "muscles": [STRAIGHT_MUSCLE], "constants": {"hill": HILL}}
+    record = {**RECORD, "muscles": [STRAIGHT_MUSCLE], "constants": {"hill": HILL_RECORD}}
     origin = np.array(STRAIGHT_MUSCLE["points"][0]["location_m"])
     tip = np.array(STRAIGHT_MUSCLE["points"][1]["location_m"])
     gh = quaternion_to_matrix(trial_to_pose(ANGLES)[:, 8:12])

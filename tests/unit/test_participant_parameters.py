@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arm import HILL_RECORD
 from scipy.spatial.transform import Rotation
 
 from scapulohumeral.dynamics import participant_parameters as pp
@@ -59,16 +60,7 @@ def make_record(pronation=0.0, hu=STRAIGHT):
                 "eps": 0.01,
             },
             "passive_joint": {"k1_Nm_per_rad": 1.5, "b_Nms_per_rad": 0.7},
-            "hill": {
-                "f_gauss": 0.25,
-                "k_pe": 5.0,
-                "epsilon_m0": 0.6,
-                "d1": -0.318,
-                "d2": -8.149,
-                "d3": -0.374,
-                "d4": 0.886,
-                "v_max": 10.0,
-            },
+            "hill": HILL_RECORD,
         },
         "muscles": [
             {

@@ -26,9 +26,9 @@ from scapulohumeral.dynamics import equations
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, SIZE, scalar_names
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_geometry import ROTATION_BLOCKS
 
 FUNCTIONS = ("residual", "jacobian", "hessian", "features", "feature_second", "pose_matrices")
-FEATURE_BLOCKS = ("SC", "AC", "TS", "GH")
 CASADI_NAMES = {
     "sin": ca.sin,
     "cos": ca.cos,
@@ -36,7 +36,6 @@ CASADI_NAMES = {
     "asin": ca.asin,
     "atan2": ca.atan2,
 }
-NUMBER_OF_FEATURES = 9 * len(FEATURE_BLOCKS)
 
 
 @dataclass(frozen=True)
@@ -252,7 +251,7 @@ def _rotation_functions(formulation: Formulation) -> dict[str, ca.Function]:
         entries = sympy_to_casadi(list(formulation.rotations[joint]), table)
         matrices[joint] = ca.reshape(ca.vertcat(*entries), 3, 3).T
     matrices["TS"] = matrices["SC"] @ matrices["AC"]
-    features = ca.vertcat(*(ca.vec(matrices[block].T) for block in FEATURE_BLOCKS))
+    features = ca.vertcat(*(ca.vec(matrices[block].T) for block in ROTATION_BLOCKS))
     jacobian = ca.jacobian(features, q)
     rate = ca.SX.sym("rate", q.numel())
     weights, rate_weights = ca.SX.sym("w", features.numel()), ca.SX.sym("v", features.numel())

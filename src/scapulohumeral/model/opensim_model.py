@@ -18,6 +18,7 @@ import opensim
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.opensim_sampling import muscle_lengths
 from scapulohumeral.model.participant import Participant
+from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 from scapulohumeral.model.pose_region import recorded_poses
 from scapulohumeral.model.tables import (
     GROUND,
@@ -33,15 +34,6 @@ Masses = Literal["published", "anthropometric"]
 
 MODEL_SCHEMA = "model/1"
 PRONATION = "PS_y"
-RECORDED_SEGMENTS = (
-    "thorax",
-    "clavicle_r",
-    "scapula_r",
-    "humerus_r",
-    "ulna_r",
-    "radius_r",
-    "hand_r",
-)
 # Body masses that replace the published ones if masses are anthropometric. Clavicle and scapula
 # have no fraction of their own in de Leva 1996, so they keep their share relative to the humerus.
 ANTHROPOMETRIC_PARTS = {
@@ -330,7 +322,7 @@ def model_record(
         "body_mass_kg": mass,
         "body_mass_source": mass_source,
         "gravity_mps2": list(participant.gravity_mps2),
-        "segments": {name: _segment_record(bodies.get(name)) for name in RECORDED_SEGMENTS},
+        "segments": {name: _segment_record(bodies.get(name)) for name in SCALED_SEGMENTS},
         "joints": {name: _joint_record(model, tables.joints[name]) for name in tables.joints},
         "axes": {name: list(tables.coordinates[name].axis) for name in ("EL_x", PRONATION)},
         "coordinates": {

@@ -1,0 +1,235 @@
+"""One diagnosis as data: a participant, test trials, reference trials.
+
+A case is the whole input of the inference. Names, files and their order are kept for reading only:
+trials are put into the order of their content, and tasks count as a grouping of trials, so that no
+name can influence the verdict.
+
+Letters: T frames of a trial, S samples of a companion series at its own rate, C EMG channels.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.rotations import Array
+
+DEFAULT_SEED = 1
+DEFAULT_THREADS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class EmgSeries:
+    """Envelopes of electromyograms at their own rate.
+
+    Attributes
+    ----------
+    time_s : (S,)
+    channels : C column names, ``EMG_...``, in alphabetical order
+    values : (S, C), share of maximal voluntary contraction (or of `GapParticipant.emg_unit`)
+    """
+
+    time_s: Array
+    channels: tuple[str, ...]
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSeries:
+    """Force of the humerus on the glenoid: `time_s` (S,); `force_N` (S, 3), scapula axes."""
+
+    time_s: Array
+    force_N: Array
+
+
+@dataclass(frozen=True, eq=False)
+class GapTrial:
+    """One recorded trial, as recorded.
+
+    Attributes
+    ----------
+    name : stem of the file; not to be used for anything but text
+    task, repeat : which movement, and which repeat of it
+    time_s, angles_rad : (T,) and (T, 10), in the order of ``rotations.ANGLE_NAMES``
+    emg, contact : companions, None if not measured
+    window_s : start and end of the movement, on the clock of `time_s`
+    source : file that was read
+    """
+
+    name: str
+    task: str
+    repeat: int
+    time_s: Array
+    angles_rad: Array
+    emg: EmgSeries | None
+    contact: ContactSeries | None
+    window_s: tuple[float, float]
+    source: Path
+
+
+@dataclass(frozen=True)
+class ScaledModel:
+    """How the base model becomes the participant's.
+
+    Attributes
+    ----------
+    scale : segment -> size over base model along x, y, z of the segment
+    total_mass_kg : thorax and one arm together, distributed as in the base model
+    segment_mass_kg : segment -> mass that replaces the distributed one; may be empty
+    masses : "published" as above, or "anthropometric": arm masses from body mass
+    body_mass_kg, height_m, sex : None if unknown
+    """
+
+    scale: Mapping[str, tuple[float, ...]]
+    total_mass_kg: float
+    segment_mass_kg: Mapping[str, float]
+    masses: Literal["published", "anthropometric"]
+    body_mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None
+
+
+@dataclass(frozen=True)
+class GapParticipant:
+    """Whose trials these are.
+
+    Attributes
+    ----------
+    id : name, for text only
+    side : "right"
+    model : how the base model is scaled
+    gravity_mps2 : in thorax axes
+    emg_channels : EMG column -> muscle groups of the model that it records; empty without EMG
+    emg_unit : "fraction_of_mvc" or "fraction_of_max", whose gain is less certain
+    neighbours : pairs of EMG columns between which cross-talk is considered
+    """
+
+    id: str
+    side: str
+    model: ScaledModel
+    gravity_mps2: tuple[float, ...]
+    emg_channels: Mapping[str, tuple[str, ...]]
+    emg_unit: str
+    neighbours: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What is diagnosed. Make it with `make_case`, which orders trials by content.
+
+    `notes` are remarks of the reader (columns ignored, repeats counted once) for the log.
+    """
+
+    participant: GapParticipant
+    test: tuple[GapTrial, ...]
+    reference: tuple[GapTrial, ...]
+    seed: int = DEFAULT_SEED
+    threads: int = DEFAULT_THREADS
+    notes: tuple[str, ...] = ()
+
+    @property
+    def mode(self) -> str:
+        """Either "reference" or, without reference trials, "no_reference"."""
+        return "reference" if self.reference else "no_reference"
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Tasks of the test trials, in the order in which the trials come."""
+        return tuple(dict.fromkeys(trial.task for trial in self.test))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """EMG channels that every trial has and the participant maps to muscles, alphabetically."""
+        trials = (*self.test, *self.reference)
+        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in trials]
+        return tuple(sorted(set(self.participant.emg_channels).intersection(*recorded)))
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether every trial has a measured contact force."""
+        return all(trial.contact is not None for trial in (*self.test, *self.reference))
+
+
+def make_case(
+    participant: GapParticipant,
+    test: Sequence[GapTrial],
+    reference: Sequence[GapTrial],
+    seed: int = DEFAULT_SEED,
+    threads: int = DEFAULT_THREADS,
+    notes: Sequence[str] = (),
+) -> Case:
+    """A case with its trials in the order of their content; identical recordings count once.
+
+    Raises
+    ------
+    DataError                        no test trial, or one recording as both test and reference
+    """
+    if not test:
+        raise DataError("no test trial; name at least one trial file after `gap diagnose`.")
+    by_hash = [{trial_hash(trial): trial for trial in trials} for trials in (test, reference)]
+    for key in by_hash[0].keys() & by_hash[1].keys():
+        raise DataError(
+            f"{by_hash[0][key].source} and {by_hash[1][key].source}: the same recording as test "
+            "and as reference trial; expected different ones. Leave it out on one side."
+        )
+    once = [
+        f"{trial.source}: the same recording as {kept[trial_hash(trial)].source}; counted once"
+        for trials, kept in zip((test, reference), by_hash, strict=True)
+        for trial in trials
+        if kept[trial_hash(trial)] is not trial
+    ]
+    ordered = [tuple(kept[key] for key in sorted(kept)) for kept in by_hash]
+    return Case(participant, ordered[0], ordered[1], seed, threads, (*notes, *once))
+
+
+def trial_hash(trial: GapTrial) -> str:
+    """SHA-256 over the numbers of a trial, without its names."""
+    digest = hashlib.sha256()
+    arrays = [trial.time_s, trial.angles_rad, np.array(trial.window_s)]
+    if trial.emg is not None:
+        arrays += [trial.emg.time_s, trial.emg.values]
+        digest.update(" ".join(trial.emg.channels).encode())
+    if trial.contact is not None:
+        arrays += [trial.contact.time_s, trial.contact.force_N]
+    for array in arrays:
+        digest.update(str(array.shape).encode())
+        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+def participant_hash(participant: GapParticipant) -> str:
+    """SHA-256 over what the participant's model and EMG set-up are, without the name."""
+    model = participant.model
+    described = (
+        sorted(model.scale.items()),
+        sorted(model.segment_mass_kg.items()),
+        (model.total_mass_kg, model.masses, model.body_mass_kg, model.height_m, model.sex),
+        participant.side,
+        participant.gravity_mps2,
+        sorted(participant.emg_channels.items()),
+        participant.emg_unit,
+        sorted(participant.neighbours),
+    )
+    return hashlib.sha256(repr(described).encode()).hexdigest()
+
+
+def case_hash(case: Case) -> str:
+    """SHA-256 over everything that may influence the verdict.
+
+    Tasks enter as a grouping: the number of the first trial of the same task, in the order of
+    content. Names of trials, tasks, files and participant do not enter.
+    """
+    digest = hashlib.sha256(participant_hash(case.participant).encode())
+    groups: dict[str, int] = {}
+    for kind, trials in (("test", case.test), ("reference", case.reference)):
+        for trial in trials:
+            group = groups.setdefault(trial.task, len(groups))
+            digest.update(f"{kind} {group} {trial_hash(trial)} ".encode())
+    digest.update(f"seed {case.seed}".encode())
+    return digest.hexdigest()

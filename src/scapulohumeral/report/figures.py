@@ -13,14 +13,12 @@ from matplotlib.axes import Axes
 
 from scapulohumeral.model.rotations import Array, trial_to_pose
 from scapulohumeral.report.kinematics import (
-    ELEVATION_COLUMN,
     group_means,
     on_branch,
     orientation_error,
-    thorax_angles,
     unwrap_deg,
 )
-from scapulohumeral.report.paper import GIMBAL_MUSCLES, SINGULAR_ELEVATION_DEG
+from scapulohumeral.report.paper import GIMBAL_MUSCLES
 from scapulohumeral.report.study import Run, TrialRuns
 from scapulohumeral.report.svg import (
     COLOURS,
@@ -30,6 +28,11 @@ from scapulohumeral.report.svg import (
     Drawing,
     Picture,
     styled,
+)
+from scapulohumeral.stages.segment_angles import (
+    ELEVATION_COLUMN,
+    SINGULAR_ELEVATION_DEG,
+    thorax_angles,
 )
 
 # Names of the columns of `thorax_angles`, and what a positive angle means.

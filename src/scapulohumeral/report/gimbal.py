@@ -13,7 +13,6 @@ from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.report.figures import gimbal_figure
 from scapulohumeral.report.kinematics import (
-    ELEVATION_COLUMN,
     largest_bend,
     largest_step,
     passes_gimbal_lock,
@@ -22,6 +21,7 @@ from scapulohumeral.report.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.report.study import FORMULATIONS, Study, TrialRuns
 from scapulohumeral.report.svg import Picture
 from scapulohumeral.report.tables import Table
+from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN
 
 MEASURES = {"step": largest_step, "second difference": largest_bend}
 # How many times as large as with quaternions a change must be to be called a spike.

@@ -11,10 +11,6 @@ TRACKING_RMSE_DEG = {
     "rmse_thoracohumeral_deg": {"euler": 0.61, "quaternion": 4.26},
 }
 
-# Below this elevation the paper does not show the first and third humeral angle (caption of the
-# figure of predicted rotations) [deg].
-SINGULAR_ELEVATION_DEG = 8.0
-
 # Case and muscle elements of the figure on gimbal lock.
 GIMBAL_CASE = ("par2", "frontal")
 GIMBAL_MUSCLES = ("pect_maj_c_2", "delt_scap_6")

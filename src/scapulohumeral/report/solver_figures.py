@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from scapulohumeral.report.figures import run_label, run_line
-from scapulohumeral.report.kinematics import ELEVATION_COLUMN, passes_gimbal_lock
+from scapulohumeral.report.kinematics import passes_gimbal_lock
 from scapulohumeral.report.study import Study, TrialRuns
 from scapulohumeral.report.svg import COLOURS, LABELS, Drawing, Picture, styled
+from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN
 
 # Rows of the two formulations are set apart, so that equal values do not hide each other.
 ROW_SHIFT = {"quaternion": -0.14, "euler": 0.14}

@@ -1,0 +1,85 @@
+"""Glenohumeral joint force: size, direction, and its path in the rim of the glenoid.
+
+Letters: N nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sm
+from scipy import constants
+
+from scapulohumeral.ocp.cost_terms import glenoid_rotation
+from scapulohumeral.ocp.objective import SUPERIOR_INFERIOR_SHARE
+
+# ASSUME the rim of the glenoid is an ellipse of shear over compression: 0.32 anterior-posterior
+# and, by the paper's factor 0.31 = (anterior-posterior / superior-inferior)^2, 0.57
+# superior-inferior. Lippitt et al. 1993 (J Shoulder Elbow Surg 2:27) found that the humeral head
+# resists shear of up to 0.6 of the compression, most along the superior-inferior axis.
+ANTERIOR_POSTERIOR_LIMIT = 0.32
+SUPERIOR_INFERIOR_LIMIT = ANTERIOR_POSTERIOR_LIMIT / np.sqrt(SUPERIOR_INFERIOR_SHARE)
+
+
+@dataclass(frozen=True, eq=False)
+class GlenohumeralLoad:
+    """Force of the humeral head on the glenoid.
+
+    Attributes
+    ----------
+    force : (N, 3) compression into the glenoid, superior and posterior component [N]
+    magnitude : (N,) [N]
+    percent_body_weight : (N,) magnitude [% of body weight]
+    path : (N, 2) superior and posterior component over compression [1], the point of the glenoid
+        at which the force is directed; not a number where the joint is pulled apart
+    eccentricity : (N,) distance of that point from the centre over that of the rim [1], above one
+        outside; infinite where the joint is pulled apart
+    """
+
+    force: np.ndarray
+    magnitude: np.ndarray
+    percent_body_weight: np.ndarray
+    path: np.ndarray
+    eccentricity: np.ndarray
+
+
+def glenohumeral_load(
+    reaction: np.ndarray, glenoid: tuple[float, float], body_mass_kg: float
+) -> GlenohumeralLoad:
+    """Load of the glenoid from the reaction of a solution.
+
+    Parameters
+    ----------
+    reaction : array, shape (N, 3)   force of the glenoid on the humeral head, scapula axes [N]
+    glenoid : inferior inclination and anterior version [rad], as in the objective
+    body_mass_kg : for the body weight, with standard gravity
+    """
+    axes = np.array(glenoid_rotation(*(sm.Float(angle) for angle in glenoid)), dtype=float)
+    # The head presses inwards and against the shear that the glenoid gives it.
+    force = reaction @ axes * np.array([1.0, -1.0, -1.0])
+    magnitude = np.linalg.norm(reaction, axis=1)
+    pressed = force[:, :1] > 0
+    path = np.full((len(force), 2), np.nan)
+    np.divide(force[:, 1:], force[:, :1], out=path, where=pressed)
+    eccentricity = np.hypot(
+        path[:, 0] / SUPERIOR_INFERIOR_LIMIT, path[:, 1] / ANTERIOR_POSTERIOR_LIMIT
+    )
+    return GlenohumeralLoad(
+        force=force,
+        magnitude=magnitude,
+        percent_body_weight=100.0 * magnitude / (body_mass_kg * constants.g),
+        path=path,
+        eccentricity=np.where(pressed[:, 0], eccentricity, np.inf),
+    )
+
+
+def glenoid_angles(record: Mapping[str, Any]) -> tuple[float, float]:
+    """Inferior inclination and anterior version of the glenoid [rad] from a model record."""
+    glenoid = record["constants"]["glenoid"]
+    inclination, version = (
+        np.deg2rad(glenoid[key]) for key in ("inferior_inclination_deg", "anterior_version_deg")
+    )
+    return float(inclination), float(version)

@@ -60,7 +60,11 @@ def plane_rows(
 
 
 def solution_load(solution: Solution, record: Mapping[str, Any]) -> GlenohumeralLoad:
-    """Glenohumeral load of a solution; body mass and glenoid are those of the model record."""
+    """Glenohumeral load of a solution, with the glenoid and the body mass of its model record.
+
+    The record's ``body_mass_source`` says whether that mass is the participant's own or the mean
+    of all participants.
+    """
     return glenohumeral_load(solution.reaction_N, glenoid_angles(record), record["body_mass_kg"])
 
 

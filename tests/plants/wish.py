@@ -1,0 +1,85 @@
+"""The motion that a simulated person wants to make: recorded movement, varied from repeat to repeat.
+
+Letters: S control steps, N simulations, T recorded frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scapulohumeral.model.rotations import (
+    make_continuous,
+    quaternion_conjugate,
+    quaternion_multiply,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """Wish of one moment.
+
+    pose (N, 13); humerus (N, 4) in the thorax; rate and acceleration (N, 10) of clavicle and
+    scapula joints, of the humerus against the thorax and of the elbow, in child axes.
+    """
+
+    pose: np.ndarray
+    humerus: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+
+    def errors(self, q: np.ndarray) -> np.ndarray:
+        """Rotations (N, 10) [rad] from poses (N, 13) to the wish, in child axes."""
+        humerus = _chain(q)
+        pairs = ((q[:, :4], self.pose[:, :4]), (q[:, 4:8], self.pose[:, 4:8]))
+        turns = [_small_turn(a, b) for a, b in (*pairs, (humerus, self.humerus))]
+        return np.hstack([*turns, self.pose[:, 12:] - q[:, 12:]])
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """Wished motion: pose (S, N, 13), humerus (S, N, 4), rate and acceleration (S, N, 10)."""
+
+    pose: np.ndarray
+    humerus: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """S."""
+        return len(self.pose)
+
+    def at(self, tick: int) -> Goal:
+        """Wish of one control step."""
+        return Goal(
+            self.pose[tick], self.humerus[tick], self.rate[tick], self.acceleration[tick]
+        )
+
+
+def make_wish(pose: np.ndarray, step: float) -> Wish:
+    """Wish from poses (S, N, 13) at a time step [s]."""
+    humerus = make_continuous(_chain(pose))
+    parts = (pose[..., :4], pose[..., 4:8], humerus)
+    elbow = np.gradient(pose[..., 12:], step, axis=0)
+    rate = np.concatenate([*(_angular_velocity(p, step) for p in parts), elbow], axis=-1)
+    return Wish(pose, humerus, rate, np.gradient(rate, step, axis=0))
+
+
+def _chain(q: np.ndarray) -> np.ndarray:
+    """Quaternion of the humerus in the thorax (..., 4) of poses (..., 13)."""
+    scapula = quaternion_multiply(q[..., :4], q[..., 4:8])
+    return quaternion_multiply(scapula, q[..., 8:12])
+
+
+def _small_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Twice the vector part of start^-1 end: the rotation vector for small turns."""
+    turn = quaternion_multiply(quaternion_conjugate(start), end)
+    return 2.0 * turn[..., 1:] * np.sign(turn[..., :1])
+
+
+def _angular_velocity(quaternion: np.ndarray, step: float) -> np.ndarray:
+    """Angular velocity in child axes (S, N, 3) [rad/s] of continuous quaternions (S, N, 4)."""
+    rate = np.gradient(quaternion, step, axis=0)
+    return 2.0 * quaternion_multiply(quaternion_conjugate(quaternion), rate)[..., 1:]

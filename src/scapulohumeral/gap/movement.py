@@ -1,0 +1,75 @@
+"""When the arm moves, and recordings made smooth. Letters: T frames."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    Array,
+    pose_to_trial,
+    quaternion_multiply,
+    relative_angle,
+    trial_to_pose,
+)
+from scapulohumeral.model.smoothing import smooth_recording
+
+# Share of the peak speed at which a movement starts and ends.
+SPEED_SHARE = 0.05
+# ASSUME: an arm that never turns faster is held still, and the whole trial counts as movement.
+STILL_RAD_S = np.deg2rad(5.0)
+# Human arm motion is below 6 Hz, marker noise above (Winter 2009, section 3.4.4.2); the speed of a
+# raw recording at rest is all noise.
+CUTOFF_HZ = 6.0
+
+
+def movement_window(time_s: Array, angles_rad: Array) -> tuple[float, float]:
+    """Start and end of a movement [s]: where humerothoracic speed crosses 5 % of its peak.
+
+    Parameters
+    ----------
+    time_s : array, shape (T,)
+    angles_rad : array, shape (T, 10)
+
+    Returns
+    -------
+    start, end                       first and last crossing; the whole trial if the arm is still
+    """
+    speed = humerothoracic_speed(smoothed(Motion(time_s, angles_rad)))
+    if speed.max() < STILL_RAD_S:
+        return float(time_s[0]), float(time_s[-1])
+    moving = np.flatnonzero(speed >= SPEED_SHARE * speed.max())
+    return float(time_s[moving[0]]), float(time_s[min(moving[-1] + 1, len(time_s) - 1)])
+
+
+def humerothoracic_speed(motion: Motion) -> Array:
+    """Angular speed of the humerus in the thorax [rad/s] between neighbouring frames, (T - 1,)."""
+    pose = trial_to_pose(motion.angles_rad)
+    scapula = quaternion_multiply(pose[:, 0:4], pose[:, 4:8])
+    humerus = quaternion_multiply(scapula, pose[:, 8:12])
+    return relative_angle(humerus[:-1], humerus[1:]) / np.diff(motion.time_s)
+
+
+def smoothed(motion: Motion, cutoff_hz: float = CUTOFF_HZ) -> Motion:
+    """A recording low-pass filtered at its own times; unchanged if sampled too slowly for it.
+
+    Time steps may differ: the filter runs on a uniform grid of the mean step. Below four times the
+    cut-off rate the recording holds hardly anything that the filter would remove.
+    """
+    uniform = np.linspace(motion.time_s[0], motion.time_s[-1], len(motion.time_s))
+    if len(uniform) < 2 or 1.0 / (uniform[1] - uniform[0]) < 4.0 * cutoff_hz:
+        return motion
+    on_grid = Motion(uniform, resampled(motion, uniform))
+    return Motion(motion.time_s, resampled(smooth_recording(on_grid, cutoff_hz), motion.time_s))
+
+
+def resampled(motion: Motion, time_s: Array) -> Array:
+    """Joint angles (len(time_s), 10) [rad] at other times: cubic splines of the quaternions.
+
+    Euler angles jump at gimbal lock and at +-180 degrees, and may not be interpolated.
+    """
+    pose = CubicSpline(motion.time_s, trial_to_pose(motion.angles_rad))(time_s)
+    for quaternion in (pose[:, 0:4], pose[:, 4:8], pose[:, 8:12]):
+        quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
+    return pose_to_trial(pose)

@@ -44,6 +44,8 @@ class SolverSettings:
     max_iterations : over all phases
     gauss_newton_iterations : most iterations of the first phase of "automatic"
     barrier_start, barrier_exact : first barrier parameter of a cold start and of the exact phase
+    barrier_target : slack times multiplier of every bound at the solution; above 0 the solution is
+        that of the barrier problem, smooth where bounds change between active and inactive
     """
 
     strategy: str = "automatic"
@@ -52,6 +54,7 @@ class SolverSettings:
     gauss_newton_iterations: int = 25
     barrier_start: float = 1e-4
     barrier_exact: float = 1e-5
+    barrier_target: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what IPOPT would not understand."""
@@ -59,6 +62,10 @@ class SolverSettings:
             raise ConfigError(f"hessian {self.strategy!r}: choose one of {', '.join(STRATEGIES)}")
         if not 0 < self.tolerance < 1:
             raise ConfigError(f"tolerance {self.tolerance}: expected a number between 0 and 1")
+        if not 0 <= self.barrier_target < 1:
+            raise ConfigError(
+                f"barrier target {self.barrier_target}: expected 0, or a small number to smooth"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +146,8 @@ def solve(
 def _phases(settings: SolverSettings, warm: bool) -> list[tuple[str, dict]]:
     """Hessian modes in order, with the options that differ."""
     cold = {"mu_init": settings.barrier_start, "max_iter": settings.max_iterations}
-    exact = {"mu_init": settings.barrier_exact, "max_iter": settings.max_iterations}
+    barrier = max(settings.barrier_exact, settings.barrier_target)
+    exact = {"mu_init": barrier, "max_iter": settings.max_iterations}
     if settings.strategy != "automatic":
         return [(settings.strategy, exact if warm else cold)]
     if warm:
@@ -160,6 +168,7 @@ def _common(mode: str, settings: SolverSettings) -> dict:
         "mumps_pivot_order": METIS,
         "tol": settings.tolerance,
         "constr_viol_tol": settings.tolerance,
+        "mu_target": settings.barrier_target,
     }
     if mode == "limited-memory":
         options |= {"hessian_approximation": "limited-memory", "limited_memory_max_history": 40}

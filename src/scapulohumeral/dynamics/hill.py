@@ -87,6 +87,23 @@ class ForceDerivatives:
     passive_ll: np.ndarray
 
 
+@dataclass(frozen=True)
+class FibreLengthDerivatives:
+    """Derivatives of muscle force by optimal fibre length, all (N, M).
+
+    Attributes
+    ----------
+    first, second : per metre of fibre length, and per metre squared
+    l, v, active : of ``first``, by muscle-tendon length [m], lengthening velocity [m/s], activation
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    l: np.ndarray  # noqa: E741 - the supplement's letter
+    v: np.ndarray
+    active: np.ndarray
+
+
 def force_length(x: np.ndarray, c: HillConstants) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Gaussian active force-length factor of normalised fibre length and two derivatives."""
     d = x - 1.0
@@ -138,6 +155,37 @@ def force_derivatives(
         passive=fmax * fp,
         passive_l=fmax * fp1 / lopt,
         passive_ll=fmax * fp2 / lopt**2,
+    )
+
+
+def fibre_length_derivatives(
+    force: ForceDerivatives,
+    activation: np.ndarray,
+    length: np.ndarray,
+    velocity: np.ndarray,
+    muscles: MuscleParameters,
+) -> FibreLengthDerivatives:
+    """Derivatives by optimal fibre length of the force at an activation (N, M).
+
+    ``force`` belongs to muscle-tendon lengths [m] and velocities [m/s], (N, M). Length above slack,
+    velocity and optimal fibre length enter the force as ratios only, so it is homogeneous of
+    degree zero in the three, and Euler's theorem turns derivatives by length and velocity into
+    those by fibre length.
+    """
+    lopt = muscles.optimal_fibre_length
+    stretch = length - muscles.tendon_slack_length
+    f_l, f_v = force.active_l * activation + force.passive_l, force.active_v * activation
+    f_ll = force.active_ll * activation + force.passive_ll
+    f_lv, f_vv = force.active_lv * activation, force.active_vv * activation
+    first = -(stretch * f_l + velocity * f_v) / lopt
+    by_l = -(f_l + stretch * f_ll + velocity * f_lv) / lopt
+    by_v = -(f_v + stretch * f_lv + velocity * f_vv) / lopt
+    return FibreLengthDerivatives(
+        first=first,
+        l=by_l,
+        v=by_v,
+        second=-(first + stretch * by_l + velocity * by_v) / lopt,
+        active=-(stretch * force.active_l + velocity * force.active_v) / lopt,
     )
 
 

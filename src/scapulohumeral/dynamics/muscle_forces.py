@@ -12,6 +12,9 @@ W_m = dL_m/dq . T(q) lambda_u + dL_m/dt . lambda_t is the lengthening velocity t
 would cause, exactly as V_m is the one that the speeds cause. Four scalars per muscle, all linear
 in the features, carry every derivative: y (length or squared length), its rates along both
 motions, and its rate along the translation.
+
+Parameters p of a muscle are, in this order, its maximal isometric force [N] and its optimal fibre
+length [m]: an axis of length 2 in front of the muscles. They act on F alone.
 """
 
 from __future__ import annotations
@@ -23,7 +26,11 @@ import numpy as np
 from scipy import sparse
 
 from scapulohumeral.dynamics.compiled import CompiledDynamics
-from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
+from scapulohumeral.dynamics.hill import (
+    MuscleParameters,
+    fibre_length_derivatives,
+    force_derivatives,
+)
 from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
 
@@ -43,6 +50,37 @@ class _State:
     y_rate: np.ndarray
     length: np.ndarray
     velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class _VirtualWork:
+    """What multipliers add to a state.
+
+    ``ghost`` is T(q) lambda_u; ``work`` is W with two derivatives by y, (N, M); ``vectors`` are the
+    gradients of the four scalars with respect to (q, u), (N, M, 4, X).
+    """
+
+    ghost: np.ndarray
+    work: np.ndarray
+    work_y: np.ndarray
+    work_yy: np.ndarray
+    vectors: np.ndarray
+
+
+@dataclass(frozen=True)
+class ParameterHessian:
+    """Second derivatives of multipliers . generalised forces that involve muscle parameters.
+
+    Attributes
+    ----------
+    x : by (q, u) and parameter, (N, X, 2, M)
+    a : by the activation and a parameter of one muscle, (N, 2, M)
+    p : by two parameters of one muscle, (N, 2, 2, M)
+    """
+
+    x: np.ndarray
+    a: np.ndarray
+    p: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -94,13 +132,29 @@ class MuscleForces:
 
         Returns (N, K); d/d(q, u) (N, K, X); d/d activation (N, K, M).
         """
+        return self._jacobian(self._state(q, u), u, activation, muscles)
+
+    def jacobian_with_parameters(
+        self, q: np.ndarray, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """As :meth:`jacobian`, and d/d parameters (N, K, 2, M)."""
         s = self._state(q, u)
+        force = force_derivatives(s.length, s.velocity, muscles)
+        tension = force.active * activation + force.passive
+        fibre = fibre_length_derivatives(force, activation, s.length, s.velocity, muscles)
+        by_parameter = np.stack([tension / muscles.max_isometric_force, fibre.first], axis=1)
+        d_p = -self._arms(s).transpose(0, 2, 1)[:, :, None] * by_parameter[:, None]
+        return *self._jacobian(s, u, activation, muscles), d_p
+
+    def _jacobian(
+        self, s: _State, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         force = force_derivatives(s.length, s.velocity, muscles)
         tension = force.active * activation + force.passive
         f_l = force.active_l * activation + force.passive_l
         f_v = force.active_v * activation
         arms = self._arms(s)
-        n, nq = q.shape
+        n, nq = s.q.shape
         length_x = np.concatenate(
             [s.links[1][..., None] * s.y_q, np.zeros((n, arms.shape[1], 10))], axis=2
         )
@@ -129,19 +183,55 @@ class MuscleForces:
         Returns d2/d(q, u)2, shape (N, X, X), and d2/d(q, u) d activation, shape (N, X, M).
         """
         s = self._state(q, u)
-        ghost = np.einsum("nij,nj->ni", s.rate_map, multipliers[:, :10])
-        ghost_rate = np.einsum("nmi,ni->nm", s.y_q, ghost)
-        delta = np.einsum("nk,nmk->nm", multipliers[:, 10:], s.t_value)
-        gradient, mixed, second = self._scalar_derivatives(
-            s, activation, ghost_rate, delta, muscles
-        )
-        vectors = self._scalar_gradients(s, u, ghost, multipliers)
+        work = self._virtual_work(s, u, multipliers)
+        return self._hessian(s, work, u, activation, multipliers, muscles)
+
+    def hessian_with_parameters(
+        self,
+        q: np.ndarray,
+        u: np.ndarray,
+        activation: np.ndarray,
+        multipliers: np.ndarray,
+        muscles: MuscleParameters,
+    ) -> tuple[np.ndarray, np.ndarray, ParameterHessian]:
+        """As :meth:`hessian`, and the second derivatives that involve muscle parameters."""
+        s = self._state(q, u)
+        work = self._virtual_work(s, u, multipliers)
+        h, h_a = self._hessian(s, work, u, activation, multipliers, muscles)
+        return h, h_a, self._parameter_hessian(s, work, activation, muscles)
+
+    def _hessian(self, s: _State, work: _VirtualWork, u, activation, multipliers, muscles):
+        gradient, mixed, second = self._scalar_derivatives(s, work, activation, muscles)
+        vectors = work.vectors
         n, m, _, x = vectors.shape
         weighted = np.einsum("nmkl,nmlx->nmkx", second, vectors).reshape(n, 4 * m, x)
         h = np.matmul(vectors.reshape(n, 4 * m, x).transpose(0, 2, 1), weighted)
-        h += self._feature_curvature(s, u, ghost, multipliers, gradient)
+        h += self._feature_curvature(s, u, work.ghost, multipliers, gradient)
         h_a = np.einsum("nmk,nmkx->nxm", mixed, vectors)
         return h, h_a
+
+    def _parameter_hessian(
+        self, s: _State, work: _VirtualWork, activation: np.ndarray, muscles: MuscleParameters
+    ) -> ParameterHessian:
+        d = force_derivatives(s.length, s.velocity, muscles)
+        f_l, f_v = d.active_l * activation + d.passive_l, d.active_v * activation
+        by_length = fibre_length_derivatives(d, activation, s.length, s.velocity, muscles)
+        force, fmax = d.active * activation + d.passive, muscles.max_isometric_force
+        scalars = np.stack(
+            [
+                _work_gradient(s, work, force / fmax, f_l / fmax, f_v / fmax),
+                _work_gradient(s, work, by_length.first, by_length.l, by_length.v),
+            ],
+            axis=-1,
+        )
+        twice = np.zeros((len(force), 2, 2, len(fmax)))
+        twice[:, 0, 1] = twice[:, 1, 0] = -by_length.first / fmax * work.work
+        twice[:, 1, 1] = -by_length.second * work.work
+        return ParameterHessian(
+            x=np.einsum("nmkp,nmkx->nxpm", scalars, work.vectors),
+            a=-np.stack([d.active / fmax, by_length.active], axis=1) * work.work[:, None],
+            p=twice,
+        )
 
     @cached_property
     def _length(self) -> sparse.csr_matrix:
@@ -228,16 +318,27 @@ class MuscleForces:
         )
         return np.concatenate([rotation, translation], axis=1)
 
-    def _scalar_derivatives(self, s: _State, activation, ghost_rate, delta, muscles):
+    def _virtual_work(self, s: _State, u: np.ndarray, multipliers: np.ndarray) -> _VirtualWork:
+        _, l1, l2, l3 = s.links
+        k0, k1, k2 = s.kappa
+        ghost = np.einsum("nij,nj->ni", s.rate_map, multipliers[:, :10])
+        ghost_rate = np.einsum("nmi,ni->nm", s.y_q, ghost)
+        delta = np.einsum("nk,nmk->nm", multipliers[:, 10:], s.t_value)
+        return _VirtualWork(
+            ghost=ghost,
+            work=l1 * ghost_rate + k0 * delta,
+            work_y=l2 * ghost_rate + k1 * delta,
+            work_yy=l3 * ghost_rate + k2 * delta,
+            vectors=self._scalar_gradients(s, u, ghost, multipliers),
+        )
+
+    def _scalar_derivatives(self, s: _State, work: _VirtualWork, activation, muscles):
         """Derivatives of -F W with respect to (y, rate, ghost rate, translation rate).
 
         Returns gradient (N, M, 4), mixed with activation (N, M, 4), second (N, M, 4, 4).
         """
         _, l1, l2, l3 = s.links
-        k0, k1, k2 = s.kappa
-        work = l1 * ghost_rate + k0 * delta
-        work_y = l2 * ghost_rate + k1 * delta
-        work_yy = l3 * ghost_rate + k2 * delta
+        k0, k1, _ = s.kappa
         v_y, v_yy = l2 * s.y_rate, l3 * s.y_rate
         d = force_derivatives(s.length, s.velocity, muscles)
         force = d.active * activation + d.passive
@@ -247,19 +348,14 @@ class MuscleForces:
         f_y, f_r = f_l * l1 + f_v * v_y, f_v * l1
         f_yy = f_ll * l1**2 + 2 * f_lv * l1 * v_y + f_vv * v_y**2 + f_l * l2 + f_v * v_yy
         f_yr = f_lv * l1**2 + f_vv * v_y * l1 + f_v * l2
-        a_y, a_r = d.active_l * l1 + d.active_v * v_y, d.active_v * l1
-        gradient = -np.stack(
-            [f_y * work + force * work_y, f_r * work, force * l1, force * k0], axis=-1
-        )
-        mixed = -np.stack(
-            [a_y * work + d.active * work_y, a_r * work, d.active * l1, d.active * k0], axis=-1
-        )
+        gradient = _work_gradient(s, work, force, f_l, f_v)
+        mixed = _work_gradient(s, work, d.active, d.active_l, d.active_v)
         second = np.zeros((*force.shape, 4, 4))
-        second[..., 0, 0] = f_yy * work + 2 * f_y * work_y + force * work_yy
-        second[..., 0, 1] = second[..., 1, 0] = f_yr * work + f_r * work_y
+        second[..., 0, 0] = f_yy * work.work + 2 * f_y * work.work_y + force * work.work_yy
+        second[..., 0, 1] = second[..., 1, 0] = f_yr * work.work + f_r * work.work_y
         second[..., 0, 2] = second[..., 2, 0] = f_y * l1 + force * l2
         second[..., 0, 3] = second[..., 3, 0] = f_y * k0 + force * k1
-        second[..., 1, 1] = f_vv * l1**2 * work
+        second[..., 1, 1] = f_vv * l1**2 * work.work
         second[..., 1, 2] = second[..., 2, 1] = f_r * l1
         second[..., 1, 3] = second[..., 3, 1] = f_r * k0
         return gradient, mixed, -second
@@ -299,6 +395,16 @@ class MuscleForces:
         h[:, :nq, nq:] = mixed
         h[:, nq:, :nq] = mixed.transpose(0, 2, 1)
         return h
+
+
+def _work_gradient(s: _State, work: _VirtualWork, force, force_l, force_v) -> np.ndarray:
+    """Gradient of -F W by the four scalars, (N, M, 4), for F (N, M) with slopes by L and V."""
+    _, l1, l2, _ = s.links
+    f_y, f_r = force_l * l1 + force_v * (l2 * s.y_rate), force_v * l1
+    return -np.stack(
+        [f_y * work.work + force * work.work_y, f_r * work.work, force * l1, force * s.kappa[0]],
+        axis=-1,
+    )
 
 
 def _contract(coefficients: sparse.csr_matrix, gradient: np.ndarray) -> np.ndarray:

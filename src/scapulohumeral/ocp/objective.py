@@ -1,17 +1,18 @@
 """The objective of the paper, node by node, with gradient and Hessians.
 
 J = sum over nodes of trapezoidal weights times (tracking + activation + stability + unit norm)
-  + sum over intervals of squared rates (speeds, excitations, reactions).
+  + sum over intervals of squared rates (speeds, excitations, reactions)
+  + for a calibration, distance from EMG at the nodes and of muscle scalers from one.
 
 Node terms are evaluated at the nodes, where the free variables live, so value and gradient belong
 to one function of the free vector (opty's helper mixes midpoints and nodes).
 
-Letters: N nodes, M muscles, Nq coordinates, E tracking errors.
+Letters: N nodes, M muscles, Nq coordinates, E tracking errors, G groups of scaled muscles.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +20,7 @@ import numpy as np
 from scapulohumeral.dynamics.compiled import VectorFunction
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
+from scapulohumeral.ocp.emg_term import EmgTerm
 
 SUPERIOR_INFERIOR_SHARE = 0.31
 # Levenberg term of the Gauss-Newton Hessian: the tracking errors leave the axial rotation of the
@@ -38,6 +40,7 @@ class Weights:
     regularisation : rates of speeds [rad/s^2] and, with stability, of reactions [kN/s]
     excitation_rate : rates of excitations [1/s]
     quaternion_norm : J_quat
+    emg : J_EMG; parameters : J_pars; 0 leaves either out
     tracked : segments that J_traj follows
     """
 
@@ -47,6 +50,8 @@ class Weights:
     regularisation: float = 1e-3
     excitation_rate: float = 1e-3
     quaternion_norm: float = 200.0
+    emg: float = 0.0
+    parameters: float = 0.0
     tracked: tuple[str, ...] = ("clavicle", "scapula", "humerus", "elbow")
 
     def __post_init__(self) -> None:
@@ -61,13 +66,17 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Free variables by kind: q (N, Nq), u (N, 10), a (N, M), e (N, M), R (N, 3) [kN]."""
+    """Free variables by kind: q (N, Nq), u (N, 10), a (N, M), e (N, M), R (N, 3) [kN].
+
+    Scalers (2, G) multiply muscle parameters; there are none outside a calibration.
+    """
 
     q: np.ndarray
     u: np.ndarray
     a: np.ndarray
     e: np.ndarray
     reaction: np.ndarray
+    scalers: np.ndarray = field(default_factory=lambda: np.ones((2, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +87,19 @@ class ObjectiveHessian:
     ----------
     q : (N, Nq, Nq) node blocks; reaction : (N, 3, 3) node blocks
     a : (N,) second derivative by each activation, the same for all muscles
+    e : (N,) factor on :meth:`Objective.excitation_coupling`, the node blocks of the excitations
     rate_u, rate_e, rate_reaction : scalars w of w sum (x_{i+1} - x_i)^2 / 2
+    scalers : second derivative by each scaler, the same for all
     """
 
     q: np.ndarray
     reaction: np.ndarray
     a: np.ndarray
+    e: np.ndarray
     rate_u: float
     rate_e: float
     rate_reaction: float
+    scalers: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +112,7 @@ class Objective:
     weights : weights of the terms; step : mesh interval [s]
     glenoid : inclination and version [rad]
     activity : (N,) factor on J_traj per node, 1 by default (0 in pauses)
+    emg : envelopes that J_EMG follows
     """
 
     errors: PoseErrors
@@ -107,6 +121,17 @@ class Objective:
     step: float
     glenoid: tuple[float, float]
     activity: np.ndarray
+    emg: EmgTerm | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a weight on EMG that is not there, and EMG on another mesh."""
+        if self.weights.emg > 0 and self.emg is None:
+            raise ConfigError(f"weight emg is {self.weights.emg}, but there is no EMG: set it to 0")
+        if self.emg is not None and len(self.emg.activity) != len(self.reference):
+            raise ConfigError(
+                f"EMG at {len(self.emg.activity)} nodes, but the mesh has {len(self.reference)}: "
+                "resample the envelopes"
+            )
 
     @cached_property
     def _quadrature(self) -> np.ndarray:
@@ -122,6 +147,23 @@ class Objective:
         tracked = np.array([w.trajectory * (g in w.tracked) for g in groups])
         norm = np.array([w.quaternion_norm * (g == "norm") for g in groups])
         return self._quadrature[:, None] * (self.activity[:, None] * tracked + norm)
+
+    @cached_property
+    def _emg_weights(self) -> np.ndarray:
+        """Weights of the squared EMG errors of each node, (N,)."""
+        if self.emg is None:
+            return np.zeros(len(self.reference))
+        return self.weights.emg * self._quadrature * self.emg.activity
+
+    def excitation_coupling(self, muscles: int) -> np.ndarray:
+        """Node blocks (M, M) of the Hessian in the excitations of M muscles, up to a factor."""
+        if self.emg is None or self.weights.emg == 0:
+            return np.zeros((muscles, muscles))
+        if self.emg.channels.shape[1] != muscles:
+            raise ConfigError(
+                f"EMG channels name {self.emg.channels.shape[1]} muscles, the model has {muscles}"
+            )
+        return self.emg.coupling
 
     @cached_property
     def _stability(self) -> VectorFunction:
@@ -146,6 +188,10 @@ class Objective:
         if w.stability > 0:
             ratio, _ = self._stability.first(x.reaction, self._glenoid(x))
             terms["stability"] = float((self._stability_weights * ratio**2).sum())
+        if self.emg is not None and w.emg > 0:
+            terms["emg"] = float(self._emg_weights @ (self.emg.errors(x.e) ** 2).sum(axis=1))
+        if w.parameters > 0:
+            terms["parameters"] = w.parameters * float(((x.scalers - 1) ** 2).sum())
         return terms
 
     def value(self, x: Trajectory) -> float:
@@ -160,12 +206,17 @@ class Objective:
         if w.stability > 0:
             ratio, ratio_r = self._stability.first(x.reaction, self._glenoid(x))
             reaction += np.einsum("nk,nkr->nr", 2 * self._stability_weights * ratio, ratio_r)
+        excitation = self._rate_gradient(x.e, w.excitation_rate)
+        if self.emg is not None and w.emg > 0:
+            slope = 2 * self._emg_weights[:, None] * self.emg.errors(x.e)
+            excitation += slope @ self.emg.channels
         return Trajectory(
             q=np.einsum("ne,neq->nq", 2 * self._error_weights * error, jacobian),
             u=self._rate_gradient(x.u, w.regularisation),
             a=2 * w.activation * self._quadrature[:, None] * x.a,
-            e=self._rate_gradient(x.e, w.excitation_rate),
+            e=excitation,
             reaction=reaction,
+            scalers=2 * w.parameters * (x.scalers - 1),
         )
 
     def hessian(self, x: Trajectory, exact: bool) -> ObjectiveHessian:
@@ -190,9 +241,11 @@ class Objective:
             q=h_q,
             reaction=h_r,
             a=2 * self.weights.activation * self._quadrature,
+            e=2 * self._emg_weights,
             rate_u=2 * self.weights.regularisation / self.step,
             rate_e=2 * self.weights.excitation_rate / self.step,
             rate_reaction=2 * self._reaction_weight / self.step,
+            scalers=2 * self.weights.parameters,
         )
 
     @property

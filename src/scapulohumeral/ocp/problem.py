@@ -24,8 +24,11 @@ from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.lagrangian import LagrangianHessian
+from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import Objective, Trajectory
-from scapulohumeral.ocp.transcription import Collocation, LagrangianHessian, Layout
+from scapulohumeral.ocp.scalers import Scalers, no_scalers
+from scapulohumeral.ocp.transcription import Collocation
 
 HESSIANS = ("exact", "gauss-newton", "limited-memory")
 REACTION_NAMES = ("R_x", "R_y", "R_z")
@@ -52,15 +55,21 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Symbols:
-    """Unknown trajectories as opty knows them, and a skeleton of the equations of motion."""
+    """Unknowns as opty knows them, and a skeleton of the equations of motion.
+
+    Force scalers come first, then fibre-length scalers, each in the order of the groups.
+    """
 
     states: tuple[sm.Expr, ...]
     inputs: tuple[sm.Expr, ...]
+    scalers: tuple[sm.Symbol, ...]
     skeleton: sm.Matrix
 
 
-def problem_symbols(formulation: Formulation, muscles: tuple[str, ...]) -> Symbols:
-    """States q, u, a; inputs R, e; and one placeholder row per equation of motion."""
+def problem_symbols(
+    formulation: Formulation, muscles: tuple[str, ...], groups: tuple[str, ...] = ()
+) -> Symbols:
+    """States q, u, a; inputs R, e; scalers; and one placeholder row per equation of motion."""
     t = me.dynamicsymbols._t
     activations = tuple(me.dynamicsymbols(f"a_{name}") for name in muscles)
     excitations = tuple(me.dynamicsymbols(f"e_{name}") for name in muscles)
@@ -68,7 +77,10 @@ def problem_symbols(formulation: Formulation, muscles: tuple[str, ...]) -> Symbo
     q, u = formulation.q, formulation.u
     rows = [c.diff(t) for c in q] + [c.diff(t) for c in u] + list(reactions)
     rows += [a.diff(t) - e for a, e in zip(activations, excitations, strict=True)]
-    return Symbols((*q, *u, *activations), (*reactions, *excitations), sm.Matrix(rows))
+    scalers = tuple(sm.Symbol(f"{kind}_{group}") for kind in ("s_F", "s_l") for group in groups)
+    # opty finds unknown parameters in the equations only.
+    rows[-1] += sum(scalers)
+    return Symbols((*q, *u, *activations), (*reactions, *excitations), scalers, sm.Matrix(rows))
 
 
 class Collocator(ConstraintCollocator):
@@ -85,7 +97,7 @@ class Collocator(ConstraintCollocator):
     @staticmethod
     def _evaluate(function: Callable[[np.ndarray], np.ndarray]):
         def evaluate(states, specified, constants, interval):
-            return function(np.concatenate([states.ravel(), specified.ravel()]))
+            return function(np.concatenate([states.ravel(), specified.ravel(), constants]))
 
         # opty's wrapper reads these sections.
         evaluate.__doc__ = "Evaluate.\n\nParameters\n----------\nReturns\n-------\n"
@@ -110,6 +122,7 @@ class Problem(opty.Problem):
     objective : objective, which also fixes the mesh
     hessian : "exact", "gauss-newton" or "limited-memory"
     bounds : bounds of the unknowns
+    scalers : groups whose muscle parameters are unknown too
     """
 
     def __init__(
@@ -120,41 +133,40 @@ class Problem(opty.Problem):
         objective: Objective,
         hessian: str = "exact",
         bounds: Bounds | None = None,
+        scalers: Scalers | None = None,
     ) -> None:
         if hessian not in HESSIANS:
             raise ConfigError(f"hessian {hessian!r}: choose one of {', '.join(HESSIANS)}")
+        scalers = scalers or no_scalers(len(muscles.names))
         formulation = get_formulation(forces.dynamics.name)
-        symbols = problem_symbols(formulation, muscles.names)
-        nodes = len(objective.reference)
+        symbols = problem_symbols(formulation, muscles.names, scalers.names)
         norms = _unit_norms(formulation)
         self.collocator = Collocator(
             symbols.skeleton,
             symbols.states,
-            nodes,
+            len(objective.reference),
             objective.step,
             instance_constraints=tuple(norms) or None,
             integration_method="midpoint",
         )
-        order = {f: i for i, f in enumerate(self.collocator.unknown_input_trajectories)}
-        self.layout = Layout(
-            nodes,
-            len(formulation.q),
-            len(muscles.names),
-            np.array([order[f] for f in symbols.inputs]),
-        )
+        self.layout = _layout(self.collocator, symbols, formulation)
         self.objective_function = objective
+        parameters = np.asarray(parameters, dtype=float)
         self.collocation = Collocation(
-            forces, muscles, np.asarray(parameters, dtype=float), self.layout, objective.step
+            forces, muscles, parameters, self.layout, objective.step, scalers
         )
         self.collocator.collocation = self.collocation
         self.hessian_mode = hessian
         quaternions = np.arange(4 * len(norms)).reshape(-1, 4)
-        self.lagrangian = LagrangianHessian(self.collocation, hessian == "exact", quaternions)
-        self._prepare(symbols, bounds or Bounds())
+        coupling = objective.excitation_coupling(len(muscles.names))
+        self.lagrangian = LagrangianHessian(
+            self.collocation, hessian == "exact", quaternions, coupling
+        )
+        self._prepare(_bound_map(symbols, bounds or Bounds(), scalers))
 
-    def _prepare(self, symbols: Symbols, bounds: Bounds) -> None:
+    def _prepare(self, bounds: dict[sm.Expr, tuple[float, float]]) -> None:
         """What opty's own constructor does after code generation."""
-        self._bounds = _bound_map(symbols, bounds)
+        self._bounds = bounds
         self._eom_bounds = None
         self.obj, self._obj_num_args = self._value, 1
         self.obj_grad, self._obj_grad_num_args = self._gradient, 1
@@ -228,7 +240,20 @@ def _unit_norms(formulation: Formulation) -> list[sm.Expr]:
     return [sum(c**2 for c in start[i : i + 4]) - 1 for i in (0, 4, 8)]
 
 
-def _bound_map(symbols: Symbols, bounds: Bounds) -> dict[sm.Expr, tuple[float, float]]:
+def _layout(collocator: Collocator, symbols: Symbols, formulation: Formulation) -> Layout:
+    inputs, parameters = collocator.unknown_input_trajectories, collocator.unknown_parameters
+    return Layout(
+        nodes=collocator.num_collocation_nodes,
+        coordinates=len(formulation.q),
+        muscles=len(symbols.inputs) - len(REACTION_NAMES),
+        inputs=np.array([inputs.index(s) for s in symbols.inputs]),
+        scalers=np.array([parameters.index(s) for s in symbols.scalers], dtype=int).reshape(2, -1),
+    )
+
+
+def _bound_map(
+    symbols: Symbols, bounds: Bounds, scalers: Scalers
+) -> dict[sm.Expr, tuple[float, float]]:
     quaternion = any(str(s.func) == "q_SC_0" for s in symbols.states)
     limits = {
         "u": bounds.speed,
@@ -237,7 +262,9 @@ def _bound_map(symbols: Symbols, bounds: Bounds) -> dict[sm.Expr, tuple[float, f
         "R": bounds.reaction,
         "q": bounds.quaternion if quaternion else bounds.angle,
     }
+    groups = len(scalers.names)
+    scaler_limits = [scalers.force_bounds] * groups + [scalers.fibre_bounds] * groups
     return {
         s: bounds.elbow if str(s.func) == "q_EL" else limits[str(s.func)[0]]
         for s in (*symbols.states, *symbols.inputs)
-    }
+    } | dict(zip(symbols.scalers, scaler_limits, strict=True))

@@ -1,85 +1,53 @@
-"""Direct collocation with the midpoint rule: constraints, Jacobian and Hessian in sparse form.
+"""Direct collocation with the midpoint rule: constraints, Jacobian and curvature.
 
-Unknowns and equations are laid out as opty does it: the free vector holds state trajectories, then
-input trajectories, one variable after the other; constraints hold one equation of motion after
-the other over all intervals, then the instance constraints.
+Unknowns and equations are laid out as opty does it: for unknowns see :class:`Layout`; constraints
+hold one equation of motion after the other over all intervals, then the instance constraints.
 
 Letters: N nodes, I = N - 1 intervals, M muscles, Nq coordinates, X = Nq + 10, K = 13 dynamic
-equations. Equations in order: Nq kinematic, 13 dynamic (three auxiliary ones in kN), M activation.
+equations, G groups of scaled muscles. Equations in order: Nq kinematic, 13 dynamic (three auxiliary
+ones in kN), M activation.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from scapulohumeral.dynamics.hill import MuscleParameters, activation_rate
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.ocp.objective import ObjectiveHessian, Trajectory
+from scapulohumeral.ocp.layout import Layout
+from scapulohumeral.ocp.objective import Trajectory
+from scapulohumeral.ocp.scalers import Scalers
 
 REACTION_UNIT_N = 1000.0
 ROW_UNITS = np.array([1.0] * 10 + [REACTION_UNIT_N] * 3)
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
-    """Positions of all trajectories in opty's free vector.
+class Curvature:
+    """Second derivatives of multipliers . constraints per interval.
+
+    All but ``x`` are the same for both nodes of the interval, and for every combination of nodes.
 
     Attributes
     ----------
-    nodes : N; coordinates : Nq; muscles : M
-    inputs : row of each input trajectory, reactions x y z first, then excitations in muscle order
+    x : (2, 2, I, X, X), by left/right node of both variables
+    x_a : (I, X, M)
+    a_e, e_e : (I, M)
+    x_s : (I, X, 2, G)
+    a_s : (I, 2, M), each muscle with the scalers of its group
+    s_s : (2, 2, G), summed over the intervals
     """
 
-    nodes: int
-    coordinates: int
-    muscles: int
-    inputs: np.ndarray
-
-    @property
-    def size(self) -> int:
-        """Length of the free vector."""
-        return self.nodes * (self.coordinates + 10 + 2 * self.muscles + 3)
-
-    @cached_property
-    def rows(self) -> dict[str, np.ndarray]:
-        """Trajectory row of every variable by kind: x = (q, u), a, e, reaction."""
-        x = self.coordinates + 10
-        states = x + self.muscles
-        return {
-            "x": np.arange(x),
-            "a": x + np.arange(self.muscles),
-            "reaction": states + self.inputs[:3],
-            "e": states + self.inputs[3:],
-        }
-
-    def index(self, kind: str, variable: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Indices in the free vector, variable by node."""
-        return self.rows[kind][variable][..., None] * self.nodes + node
-
-    def split(self, free: np.ndarray) -> Trajectory:
-        """Trajectories of a free vector."""
-        table = free[: self.size].reshape(-1, self.nodes)
-        nq = self.coordinates
-        x = table[self.rows["x"]].T
-        return Trajectory(
-            q=x[:, :nq],
-            u=x[:, nq:],
-            a=table[self.rows["a"]].T,
-            e=table[self.rows["e"]].T,
-            reaction=table[self.rows["reaction"]].T,
-        )
-
-    def join(self, x: Trajectory) -> np.ndarray:
-        """Free vector of trajectories: the inverse of :meth:`split`."""
-        table = np.empty((self.size // self.nodes, self.nodes))
-        table[self.rows["x"]] = np.hstack([x.q, x.u]).T
-        table[self.rows["a"]] = x.a.T
-        table[self.rows["e"]] = x.e.T
-        table[self.rows["reaction"]] = x.reaction.T
-        return table.ravel()
+    x: np.ndarray
+    x_a: np.ndarray
+    a_e: np.ndarray
+    e_e: np.ndarray
+    x_s: np.ndarray
+    a_s: np.ndarray
+    s_s: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +59,7 @@ class Collocation:
     forces : muscle forces, with the equations of motion
     muscles : run-time muscle parameters; parameters : run-time dynamics parameters (P,)
     layout : positions in the free vector; step : mesh interval [s]
+    scalers : groups whose muscle parameters are unknown
     """
 
     forces: MuscleForces
@@ -98,11 +67,16 @@ class Collocation:
     parameters: np.ndarray
     layout: Layout
     step: float
+    scalers: Scalers
 
     @property
     def number_of_equations(self) -> int:
         """Equations of motion per interval."""
         return self.layout.coordinates + 13 + self.layout.muscles
+
+    def scaled_muscles(self, x: Trajectory) -> MuscleParameters:
+        """Muscle parameters with the scalers of a point put on."""
+        return self.scalers.apply(self.muscles, x.scalers)
 
     def constraints(self, free: np.ndarray) -> np.ndarray:
         """Residuals of all equations, shape (equations * I,)."""
@@ -112,7 +86,7 @@ class Collocation:
             "nij,nj->ni", self.forces.dynamics.rate_map(mid.q), mid.u
         )
         dynamic = self.forces.dynamics.residual(z, self.parameters)
-        dynamic = dynamic + self.forces.generalised(mid.q, mid.u, mid.a, self.muscles)
+        dynamic = dynamic + self.forces.generalised(mid.q, mid.u, mid.a, self.scaled_muscles(mid))
         activation = np.diff(x.a, axis=0) / self.step - activation_rate(mid.e, mid.a, self.muscles)
         return np.hstack([kinematic, dynamic / ROW_UNITS, activation]).T.ravel()
 
@@ -123,7 +97,7 @@ class Collocation:
         nq, h = self.layout.coordinates, self.step
         dynamics = self.forces.dynamics
         d_z = dynamics.jacobian(z, self.parameters)
-        _, d_x, d_a = self.forces.jacobian(mid.q, mid.u, mid.a, self.muscles)
+        d_x, d_a, d_s = self._muscle_jacobian(mid)
         d_x += d_z[:, :, : nq + 10]
         d_x /= ROW_UNITS[:, None]
         d_a = d_a / ROW_UNITS[:, None]
@@ -148,6 +122,8 @@ class Collocation:
                 (sign / h - by_a / 2).T,
                 -by_e.T / 2,
             ]
+        s_rows, s_groups = np.nonzero(self._s_pattern)
+        values.append((d_s / ROW_UNITS[:, None, None])[:, s_rows, :, s_groups])
         return np.concatenate([v.ravel() for v in values])
 
     @cached_property
@@ -169,19 +145,26 @@ class Collocation:
             for equation, kind, variable in groups:
                 rows.append((equation[:, None] * (lay.nodes - 1) + interval).ravel())
                 columns.append(lay.index(kind, variable, interval + shift).ravel())
+        s_rows, s_groups = np.nonzero(self._s_pattern)
+        row, column = np.broadcast_arrays(
+            (nq + s_rows)[:, None, None] * (lay.nodes - 1) + interval[:, None],
+            lay.scaler_index[:, s_groups].T[:, None],
+        )
+        rows.append(row.ravel())
+        columns.append(column.ravel())
         return np.concatenate(rows), np.concatenate(columns)
 
-    def curvature(
-        self, free: np.ndarray, multipliers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Second derivatives of multipliers . constraints per interval.
+    def _muscle_jacobian(self, mid: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Muscle forces by (q, u), a and scalers: (I, K, X), (I, K, M), (I, K, 2, G)."""
+        arguments = (mid.q, mid.u, mid.a, self.scaled_muscles(mid))
+        if not self.scalers.names:
+            _, d_x, d_a = self.forces.jacobian(*arguments)
+            return d_x, d_a, np.zeros((*d_a.shape[:2], 2, 0))
+        _, d_x, d_a, d_p = self.forces.jacobian_with_parameters(*arguments)
+        return d_x, d_a, np.einsum("nkpm,pgm->nkpg", d_p, self.scalers.gradient(self.muscles))
 
-        Returns
-        -------
-        x_blocks : (2, 2, I, X, X), by left/right node of both variables
-        x_a : (I, X, M), the same for every combination of nodes
-        a_e, e_e : (I, M), likewise
-        """
+    def curvature(self, free: np.ndarray, multipliers: np.ndarray) -> Curvature:
+        """Second derivatives of multipliers . constraints per interval."""
         x = self.layout.split(free)
         mid, z = self._midpoint(x)
         nq = self.layout.coordinates
@@ -189,7 +172,7 @@ class Collocation:
         lam = lam.reshape(self.number_of_equations, -1).T
         dynamic = lam[:, nq : nq + 13] / ROW_UNITS
         h_z = self.forces.dynamics.hessian(z, dynamic, self.parameters)[:, : nq + 20, : nq + 20]
-        h_x, h_a = self.forces.hessian(mid.q, mid.u, mid.a, dynamic, self.muscles)
+        h_x, h_a, x_s, a_s, s_s = self._muscle_curvature(mid, dynamic)
         h_z[:, : nq + 10, : nq + 10] += h_x
         mixed = -np.einsum("ni,ijk->nkj", lam[:, :nq], self.forces.dynamics.kinematics_linear)
         h_z[:, :nq, nq : nq + 10] += mixed
@@ -199,7 +182,33 @@ class Collocation:
         x_blocks = np.stack([np.stack([left @ end for end in ends]) for left in half])
         twist = 1.0 / self.muscles.activation_time - 1.0 / self.muscles.deactivation_time
         act = lam[:, nq + 13 :] * twist
-        return x_blocks, h_a / 4, act / 4, -2 * act / 4
+        return Curvature(x_blocks, h_a / 4, act / 4, -2 * act / 4, x_s / 2, a_s / 2, s_s)
+
+    def _muscle_curvature(self, mid: Trajectory, dynamic: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Second derivatives of multipliers (I, K) . muscle forces at the midpoints.
+
+        By (q, u) twice, (q, u) and a, (q, u) and s, a and s, s twice, shaped as in Curvature.
+        """
+        arguments = (mid.q, mid.u, mid.a, dynamic, self.scaled_muscles(mid))
+        n, m = mid.a.shape
+        if not self.scalers.names:
+            h_x, h_a = self.forces.hessian(*arguments)
+            return (
+                h_x,
+                h_a,
+                np.zeros((*h_x.shape[:2], 2, 0)),
+                np.zeros((n, 2, m)),
+                np.zeros((2, 2, 0)),
+            )
+        h_x, h_a, by = self.forces.hessian_with_parameters(*arguments)
+        chain = self.scalers.gradient(self.muscles)
+        return (
+            h_x,
+            h_a,
+            np.einsum("nxpm,pgm->nxpg", by.x, chain),
+            by.a * chain.sum(axis=1),
+            np.einsum("npqm,pgm,qgm->pqg", by.p, chain, chain),
+        )
 
     def _end_map(self, sign: float) -> np.ndarray:
         """d(midpoint q, u, du/dt) / d(q, u at one end), shape (Nq + 20, X)."""
@@ -211,7 +220,8 @@ class Collocation:
 
     def _midpoint(self, x: Trajectory) -> tuple[Trajectory, np.ndarray]:
         """Midpoint values and the argument (q, u, du/dt, R [N]) of the equations of motion."""
-        mid = Trajectory(*(0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a, x.e, x.reaction)))
+        means = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a, x.e, x.reaction))
+        mid = replace(Trajectory(*means), scalers=x.scalers)
         rate = np.diff(x.u, axis=0) / self.step
         return mid, np.hstack([mid.q, mid.u, rate, REACTION_UNIT_N * mid.reaction])
 
@@ -244,6 +254,16 @@ class Collocation:
         """Variables (q, u) that the force or arms of a muscle depend on, shape (M, X)."""
         coordinates, equations = self._muscle_pattern
         return np.hstack([coordinates, equations[:10].T])
+
+    @cached_property
+    def _s_pattern(self) -> np.ndarray:
+        """Equations that the muscles of a group act in, (K, G)."""
+        return self._a_pattern.astype(int) @ self.scalers.members.T.astype(int) > 0
+
+    @cached_property
+    def _xs_pattern(self) -> tuple[np.ndarray, ...]:
+        touched = self._x_by_muscle.T.astype(int) @ self.scalers.members.T.astype(int)
+        return np.nonzero(touched)
 
     @cached_property
     def _xa_pattern(self) -> tuple[np.ndarray, ...]:
@@ -288,127 +308,3 @@ def muscle_patterns(forces: MuscleForces) -> tuple[np.ndarray, np.ndarray]:
     coordinates = joints.astype(int) @ maps.T > 0
     translation = (geometry.translation != 0).any(axis=2)
     return coordinates, np.vstack([joints.T, translation])
-
-
-@dataclass(frozen=True, eq=False)
-class LagrangianHessian:
-    """Lower triangle of the Hessian of the Lagrangian in sparse form.
-
-    Attributes
-    ----------
-    collocation : the constraints
-    exact : with their second derivatives; otherwise Gauss-Newton, objective only
-    instance_norm : coordinates of each unit-norm constraint at the first node, (n, 4)
-    """
-
-    collocation: Collocation
-    exact: bool
-    instance_norm: np.ndarray
-
-    @cached_property
-    def _pairs(self) -> tuple[np.ndarray, ...]:
-        """Lower triangle of node blocks in x."""
-        c = self.collocation
-        if self.exact:
-            return np.nonzero(np.tril(c._xx_pattern))
-        nq = c.layout.coordinates
-        pattern = np.eye(nq + 10, dtype=bool)
-        pattern[:nq, :nq] = True
-        return np.nonzero(np.tril(pattern))
-
-    @cached_property
-    def _cross_pairs(self) -> tuple[np.ndarray, ...]:
-        """Pairs of x variables at the right and the left node of an interval."""
-        c = self.collocation
-        nq = c.layout.coordinates
-        if self.exact:
-            return np.nonzero(c._xx_pattern)
-        return np.arange(nq, nq + 10), np.arange(nq, nq + 10)
-
-    @cached_property
-    def structure(self) -> tuple[np.ndarray, np.ndarray]:
-        """Row and column indices, row >= column."""
-        lay = self.collocation.layout
-        every, left = np.arange(lay.nodes), np.arange(lay.nodes - 1)
-        right, m, r = left + 1, np.arange(lay.muscles), np.arange(3)
-        r_rows, r_columns = np.tril_indices(3)
-        entries = [
-            (("x", self._pairs[0], every), ("x", self._pairs[1], every)),
-            (("x", self._cross_pairs[0], right), ("x", self._cross_pairs[1], left)),
-            (("a", m, every), ("a", m, every)),
-            (("e", m, every), ("e", m, every)),
-            (("e", m, right), ("e", m, left)),
-            (("reaction", r_rows, every), ("reaction", r_columns, every)),
-            (("reaction", r, right), ("reaction", r, left)),
-        ]
-        if self.exact:
-            x, a = self.collocation._xa_pattern
-            entries += [
-                (("x", x, every), ("a", a, every)),
-                (("x", x, right), ("a", a, left)),
-                (("x", x, left), ("a", a, right)),
-                (("a", m, every), ("e", m, every)),
-                (("a", m, right), ("e", m, left)),
-                (("a", m, left), ("e", m, right)),
-            ]
-        rows = np.concatenate([lay.index(*first).ravel() for first, _ in entries])
-        columns = np.concatenate([lay.index(*second).ravel() for _, second in entries])
-        return np.maximum(rows, columns), np.minimum(rows, columns)
-
-    def values(
-        self, free: np.ndarray, objective: ObjectiveHessian, factor: float, multipliers: np.ndarray
-    ) -> np.ndarray:
-        """Values in the order of :attr:`structure`; ``factor`` scales the objective."""
-        lay = self.collocation.layout
-        n, nq, m = lay.nodes, lay.coordinates, lay.muscles
-        x_diag = np.zeros((n, nq + 10, nq + 10))
-        x_cross = np.zeros((n - 1, nq + 10, nq + 10))
-        a_e, e_e = np.zeros((n - 1, m)), np.zeros((n - 1, m))
-        if self.exact:
-            blocks, x_a, a_e, e_e = self.collocation.curvature(free, multipliers)
-            x_diag[:-1] += blocks[0, 0]
-            x_diag[1:] += blocks[1, 1]
-            x_cross += blocks[1, 0]
-            self._add_norm(x_diag, multipliers)
-        x_diag[:, :nq, :nq] += factor * objective.q
-        speeds = np.arange(nq, nq + 10)
-        ends = _end_count(n)
-        x_diag[:, speeds, speeds] += factor * objective.rate_u * ends[:, None]
-        x_cross[:, speeds, speeds] -= factor * objective.rate_u
-        reaction = factor * objective.reaction.copy()
-        reaction[:, [0, 1, 2], [0, 1, 2]] += factor * objective.rate_reaction * ends[:, None]
-        r_rows, r_columns = np.tril_indices(3)
-        values = [
-            x_diag[:, self._pairs[0], self._pairs[1]],
-            x_cross[:, self._cross_pairs[0], self._cross_pairs[1]],
-            np.repeat((factor * objective.a)[:, None], m, axis=1),
-            _to_nodes(e_e) + factor * objective.rate_e * ends[:, None],
-            e_e - factor * objective.rate_e,
-            reaction[:, r_rows, r_columns],
-            np.full((n - 1, 3), -factor * objective.rate_reaction),
-        ]
-        if self.exact:
-            rows, columns = self.collocation._xa_pattern
-            pairs = x_a[:, rows, columns]
-            values += [_to_nodes(pairs), pairs, pairs, _to_nodes(a_e), a_e, a_e]
-        return np.concatenate([v.T.ravel() for v in values])
-
-    def _add_norm(self, x_diag: np.ndarray, multipliers: np.ndarray) -> None:
-        start = self.collocation.number_of_equations * (self.collocation.layout.nodes - 1)
-        for k, coordinates in enumerate(self.instance_norm):
-            x_diag[0, coordinates, coordinates] += 2 * multipliers[start + k]
-
-
-def _end_count(nodes: int) -> np.ndarray:
-    """Number of intervals that each node belongs to, shape (N,)."""
-    count = np.full(nodes, 2.0)
-    count[[0, -1]] = 1.0
-    return count
-
-
-def _to_nodes(interval: np.ndarray) -> np.ndarray:
-    """Sum interval values (I, k) onto their two nodes, (N, k)."""
-    nodes = np.zeros((len(interval) + 1, interval.shape[1]))
-    nodes[:-1] += interval
-    nodes[1:] += interval
-    return nodes

@@ -1,0 +1,90 @@
+"""Positions of all unknowns in opty's free vector.
+
+The free vector holds state trajectories, then input trajectories, one variable after the other,
+then unknown parameters; here these are the scalers.
+
+Letters: N nodes, M muscles, Nq coordinates, X = Nq + 10, G groups of scaled muscles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from scapulohumeral.ocp.objective import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Positions of all trajectories in opty's free vector.
+
+    Attributes
+    ----------
+    nodes : N; coordinates : Nq; muscles : M
+    inputs : row of each input trajectory, reactions x y z first, then excitations in muscle order
+    scalers : position of each scaler (2, G) among opty's unknown parameters
+    """
+
+    nodes: int
+    coordinates: int
+    muscles: int
+    inputs: np.ndarray
+    scalers: np.ndarray
+
+    @property
+    def trajectory_size(self) -> int:
+        """Length of the free vector without the scalers."""
+        return self.nodes * (self.coordinates + 10 + 2 * self.muscles + 3)
+
+    @property
+    def size(self) -> int:
+        """Length of the free vector."""
+        return self.trajectory_size + self.scalers.size
+
+    @cached_property
+    def rows(self) -> dict[str, np.ndarray]:
+        """Trajectory row of every variable by kind: x = (q, u), a, e, reaction."""
+        x = self.coordinates + 10
+        states = x + self.muscles
+        return {
+            "x": np.arange(x),
+            "a": x + np.arange(self.muscles),
+            "reaction": states + self.inputs[:3],
+            "e": states + self.inputs[3:],
+        }
+
+    def index(self, kind: str, variable: np.ndarray, node: np.ndarray) -> np.ndarray:
+        """Indices in the free vector, variable by node."""
+        return self.rows[kind][variable][..., None] * self.nodes + node
+
+    @property
+    def scaler_index(self) -> np.ndarray:
+        """Indices of the scalers in the free vector, (2, G)."""
+        return self.trajectory_size + self.scalers
+
+    def split(self, free: np.ndarray) -> Trajectory:
+        """Trajectories of a free vector."""
+        table = free[: self.trajectory_size].reshape(-1, self.nodes)
+        nq = self.coordinates
+        x = table[self.rows["x"]].T
+        return Trajectory(
+            q=x[:, :nq],
+            u=x[:, nq:],
+            a=table[self.rows["a"]].T,
+            e=table[self.rows["e"]].T,
+            reaction=table[self.rows["reaction"]].T,
+            scalers=free[self.scaler_index],
+        )
+
+    def join(self, x: Trajectory) -> np.ndarray:
+        """Free vector of trajectories: the inverse of :meth:`split`."""
+        free = np.empty(self.size)
+        table = free[: self.trajectory_size].reshape(-1, self.nodes)
+        table[self.rows["x"]] = np.hstack([x.q, x.u]).T
+        table[self.rows["a"]] = x.a.T
+        table[self.rows["e"]] = x.e.T
+        table[self.rows["reaction"]] = x.reaction.T
+        free[self.scaler_index] = x.scalers
+        return free

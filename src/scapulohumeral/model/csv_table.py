@@ -7,8 +7,12 @@ from __future__ import annotations
 
 import csv
 import math
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
+import pandas as pd
 
 from scapulohumeral.errors import DataError
 
@@ -74,3 +78,63 @@ def number(path: Path, row_number: int, row: Row, column: str) -> float:
             "Fill the gap by interpolation, or cut the rows."
         )
     return value
+
+
+def read_numbers(path: Path, columns: Sequence[str]) -> np.ndarray:
+    """Columns of numbers.
+
+    Returns
+    -------
+    array, shape (rows, columns)     finite, in the order of `columns`
+
+    Raises
+    ------
+    DataError                        as `read_rows` and `number`
+    """
+    table = _plain_numbers(path, columns)
+    if table is not None:
+        return table
+    # Cell by cell, which is slow for signals, but names the place of the fault.
+    return np.array(
+        [
+            [number(path, i, row, column) for column in columns]
+            for i, row in enumerate(read_rows(path, columns), start=2)
+        ]
+    )
+
+
+def _plain_numbers(path: Path, columns: Sequence[str]) -> np.ndarray | None:
+    """Columns of a table without any fault, read fast; None for every other table."""
+    with warnings.catch_warnings():
+        # Rows that are all too long are cut with no more than a warning.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        try:
+            table = pd.read_csv(path, index_col=False, skip_blank_lines=False)[list(columns)]
+        except (OSError, ValueError, KeyError, pd.errors.ParserWarning):
+            return None
+    if table.empty or any(kind.kind not in "if" for kind in table.dtypes):
+        return None
+    values = table.to_numpy(dtype=float)
+    return values if np.isfinite(values).all() else None
+
+
+def check_increasing(path: Path, column: str, time_s: np.ndarray) -> None:
+    """Refuse times that do not increase from row to row.
+
+    Parameters
+    ----------
+    path : Path                      table that the times are from
+    column : its column of times
+    time_s : (rows,)
+
+    Raises
+    ------
+    DataError                        names the first row that does not follow the one before
+    """
+    stalled = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if stalled.size:
+        row = int(stalled[0]) + 3
+        raise DataError(
+            f"{path}, row {row}, column {column}: {time_s[row - 2]} s does not follow "
+            f"{time_s[row - 3]} s. Sort the rows by time and remove repeated ones."
+        )

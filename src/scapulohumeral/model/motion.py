@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.csv_table import number, read_rows
+from scapulohumeral.model.csv_table import check_increasing, read_numbers
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
 TIME_COLUMN = "time_s"
@@ -40,13 +40,7 @@ def read_motion(path: Path) -> Motion:
     DataError                        missing column or number, time that does not increase, or
                                      angles that cannot be degrees; names file, row and column
     """
-    rows = read_rows(path, (TIME_COLUMN, *ANGLE_COLUMNS))
-    table = np.array(
-        [
-            [number(path, i, row, column) for column in (TIME_COLUMN, *ANGLE_COLUMNS)]
-            for i, row in enumerate(rows, start=2)
-        ]
-    )
+    table = read_numbers(path, (TIME_COLUMN, *ANGLE_COLUMNS))
     _check_time(path, table[:, 0])
     _check_degrees(path, table[:, 1:])
     return Motion(table[:, 0], np.deg2rad(table[:, 1:]))
@@ -55,13 +49,7 @@ def read_motion(path: Path) -> Motion:
 def _check_time(path: Path, time: Array) -> None:
     if len(time) < FEWEST_FRAMES:
         raise DataError(f"{path}: {len(time)} frames; a motion needs at least {FEWEST_FRAMES}.")
-    stalled = np.flatnonzero(np.diff(time) <= 0.0)
-    if stalled.size:
-        row = int(stalled[0]) + 3
-        raise DataError(
-            f"{path}, row {row}, column {TIME_COLUMN}: {time[row - 2]} s does not follow "
-            f"{time[row - 3]} s. Sort the rows by time and remove repeated ones."
-        )
+    check_increasing(path, TIME_COLUMN, time)
 
 
 def _check_degrees(path: Path, angles: Array) -> None:

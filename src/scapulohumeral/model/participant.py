@@ -30,12 +30,28 @@ class Ellipsoid:
     radii_m: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class MeasuredEmg:
+    """Raw EMG of one trial and what it takes to read it.
+
+    `file` is the recording of the trial, `mvc_file` that of the maximal voluntary contractions.
+    `delay_s` is what the EMG clock shows when the kinematic clock shows zero. `labels` are those of
+    channels in C3D files, where they differ from the names of the channels.
+    """
+
+    file: Path
+    mvc_file: Path
+    delay_s: float
+    labels: Mapping[str, str]
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """One recorded motion of a participant, and what it held in its hand.
 
     A raw recording is smoothed on reading, if participant.yaml gives a cut-off for it.
-    `published_file` is the published simulation of the same trial, or None.
+    `published_file` is the published simulation of the same trial, or None; `emg` the EMG measured
+    in it, or None.
     """
 
     name: str
@@ -43,6 +59,7 @@ class Trial:
     motion: Motion
     hand_load_kg: float
     published_file: Path | None
+    emg: MeasuredEmg | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +127,7 @@ def read_participant(directory: Path, name: str) -> Participant:
     if document["id"] != name:
         raise ConfigError(f"{path}, id: '{document['id']}'; expected '{name}' as the folder.")
     ellipsoid = document.get("published_thorax_ellipsoid")
+    emg = _measured_emg(path, document)
     return Participant(
         name=name,
         side=document["side"],
@@ -121,7 +139,10 @@ def read_participant(directory: Path, name: str) -> Participant:
         published_total_mass_kg=document["mass"]["published_total_kg"],
         preserve_mass_distribution=document["mass"]["preserve_mass_distribution"],
         thorax_ellipsoid=ellipsoid and Ellipsoid(**{k: tuple(v) for k, v in ellipsoid.items()}),
-        trials={key: _trial(path.parent, key, entry) for key, entry in document["trials"].items()},
+        trials={
+            key: _trial(path.parent, key, entry, emg.get(key))
+            for key, entry in document["trials"].items()
+        },
         predictions={
             condition: path.parent / file
             for condition, file in document.get("published_predictions", {}).items()
@@ -142,7 +163,27 @@ def _read_document(path: Path) -> dict[str, Any]:
     return document
 
 
-def _trial(folder: Path, name: str, entry: Mapping[str, Any]) -> Trial:
+def _measured_emg(path: Path, document: Mapping[str, Any]) -> dict[str, MeasuredEmg]:
+    """Measured EMG by name of the trial."""
+    emg = document.get("emg", {"trials": {}})
+    unknown = set(emg["trials"]) - set(document["trials"])
+    if unknown:
+        raise ConfigError(
+            f"{path}, emg.trials: {', '.join(sorted(unknown))}; expected names of its trials: "
+            f"{', '.join(document['trials'])}. Correct the name, or add the recorded motion."
+        )
+    return {
+        trial: MeasuredEmg(
+            file=path.parent / file,
+            mvc_file=path.parent / emg["mvc"],
+            delay_s=float(emg["delay_s"]),
+            labels=emg.get("labels", {}),
+        )
+        for trial, file in emg["trials"].items()
+    }
+
+
+def _trial(folder: Path, name: str, entry: Mapping[str, Any], emg: MeasuredEmg | None) -> Trial:
     published = entry["published"]
     motion = read_motion(folder / entry["file"])
     if "smooth_cutoff_hz" in entry:
@@ -153,4 +194,5 @@ def _trial(folder: Path, name: str, entry: Mapping[str, Any]) -> Trial:
         motion=motion,
         hand_load_kg=float(entry["hand_load_kg"]),
         published_file=folder / published if published else None,
+        emg=emg,
     )

@@ -59,6 +59,31 @@ _TRIAL = _object(
     "smooth_cutoff_hz",
 )
 
+_EMG = _object(
+    "measured EMG, used in place of simulated EMG",
+    {
+        "mvc": {**_FILE, "description": "recording of maximal voluntary contractions"},
+        "trials": {
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": _FILE,
+            "description": "raw recordings by name of the trial; .csv or .c3d",
+        },
+        "delay_s": {
+            "type": "number",
+            "minimum": -600,
+            "maximum": 600,
+            "description": "what the EMG clock shows when the kinematic clock shows zero [s]",
+        },
+        "labels": {
+            "type": "object",
+            "additionalProperties": {"type": "string", "minLength": 1},
+            "description": "channel -> label in C3D files, where it differs",
+        },
+    },
+    "labels",
+)
+
 PARTICIPANT_SCHEMA = _object(
     "a participant of the study",
     {
@@ -107,7 +132,9 @@ PARTICIPANT_SCHEMA = _object(
             "additionalProperties": _FILE,
             "description": "files of published predicted motions by condition",
         },
+        "emg": _EMG,
     },
     "published_thorax_ellipsoid",
     "published_predictions",
+    "emg",
 )

@@ -1,0 +1,210 @@
+"""From raw EMG to envelopes as fractions of the maximal voluntary contraction (MVC).
+
+Band-pass, full-wave rectification and low-pass as in the paper (section on data processing):
+Butterworth filters of second order, run forwards and backwards so that they do not delay. Each pass
+is of second order, so both together fall off like one of fourth order. Their corners are moved so
+that both passes together have half power (-3 dB) at the frequencies of the configuration
+(Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2).
+
+Letters: T samples of the recording, R samples of the envelope, C channels, N times asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from scapulohumeral.emg.recording import Recording
+from scapulohumeral.emg.signal_table import read_signals, write_signals
+from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.smoothing import CORNER_FACTOR, FILTER_ORDER
+
+# Both ends are extended by the signal in reverse, so that the envelope keeps its level there [s].
+EXTENSION_S = 0.5
+
+
+@dataclass(frozen=True)
+class EnvelopeSettings:
+    """How raw EMG is processed: keys of `emg.envelope` in the configuration.
+
+    Attributes
+    ----------
+    band_low_hz, band_high_hz : half-power edges of the band-pass
+    cutoff_hz : half-power edge of the low-pass that makes the envelope
+    rate_hz : sampling rate of the envelope
+    mvc_window_s : the MVC is the largest mean of the envelope over a window of this length; with 0
+        it is the largest value
+    """
+
+    band_low_hz: float
+    band_high_hz: float
+    cutoff_hz: float
+    rate_hz: float
+    mvc_window_s: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.cutoff_hz < self.band_low_hz < self.band_high_hz:
+            raise ConfigError(
+                f"emg.envelope: cutoff_hz {self.cutoff_hz}, band_low_hz {self.band_low_hz}, "
+                f"band_high_hz {self.band_high_hz}; expected them to increase in this order."
+            )
+        if self.rate_hz < 4.0 * self.cutoff_hz:
+            raise ConfigError(
+                f"emg.envelope.rate_hz: {self.rate_hz}; expected at least four times cutoff_hz "
+                f"({self.cutoff_hz}), or the envelope loses its shape between samples."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Envelopes:
+    """Processed EMG on the kinematic time base.
+
+    Attributes
+    ----------
+    channels : (C,)
+    time_s : (R,) multiples of the sampling interval
+    values : (R, C) fractions of MVC, not negative
+    simulated : whether no electrode has seen the signals
+    """
+
+    channels: tuple[str, ...]
+    time_s: Array
+    values: Array
+    simulated: bool
+
+    def at(self, time_s: Array) -> Array:
+        """Values at other times, shape (N, C), by linear interpolation.
+
+        Raises
+        ------
+        DataError                        if a time is not covered
+        """
+        first, last = self.time_s[[0, -1]]
+        if time_s.min() < first or time_s.max() > last:
+            raise DataError(
+                f"EMG is known from {first:.3f} to {last:.3f} s; asked for {time_s.min():.3f} to "
+                f"{time_s.max():.3f} s. Record EMG longer than the motion, or correct emg.delay_s."
+            )
+        return np.column_stack([np.interp(time_s, self.time_s, column) for column in self.values.T])
+
+
+def normalised_envelopes(
+    raw: Recording, mvc: Recording, settings: EnvelopeSettings, delay_s: float = 0.0
+) -> Envelopes:
+    """Process a raw recording.
+
+    Parameters
+    ----------
+    raw : Recording                  the trial
+    mvc : Recording                  maximal contraction of every channel, in any order; the
+                                     sampling rate may differ from that of the trial
+    settings : EnvelopeSettings
+    delay_s : what the EMG clock shows when the kinematic clock shows zero
+
+    Raises
+    ------
+    DataError                        a sampling rate too low for the band, channels that differ, or
+                                     an MVC that is zero
+    """
+    if raw.channels != mvc.channels:
+        raise DataError(
+            f"{mvc.source}: channels {', '.join(mvc.channels)}; expected those of {raw.source}: "
+            f"{', '.join(raw.channels)}. Read both with the same list."
+        )
+    share = linear_envelope(raw, settings) / mvc_amplitudes(mvc, settings)
+    clock = raw.time_s - delay_s
+    # Tolerance of rounded time stamps, in samples of the envelope.
+    first = np.ceil(clock[0] * settings.rate_hz - 1e-3)
+    last = np.floor(clock[-1] * settings.rate_hz + 1e-3)
+    time = np.arange(first, last + 1.0) / settings.rate_hz
+    values = np.column_stack([np.interp(time, clock, column) for column in share.T])
+    return Envelopes(raw.channels, time, values, raw.simulated or mvc.simulated)
+
+
+def band_passed(recording: Recording, settings: EnvelopeSettings) -> Array:
+    """Raw EMG without offset, movement artefacts and noise outside its band: (T, C) volts."""
+    highest = settings.band_high_hz
+    if recording.rate_hz <= 2.0 * highest:
+        raise DataError(
+            f"{recording.source}: sampled at {recording.rate_hz:.1f} Hz; a band up to "
+            f"{highest:.0f} Hz needs more than {2 * highest:.0f} Hz. Record faster (2,000 Hz is "
+            "usual), or lower emg.envelope.band_high_hz."
+        )
+    edges = [
+        _corner(settings.band_low_hz, recording.rate_hz, 1.0 / CORNER_FACTOR),
+        _corner(highest, recording.rate_hz, CORNER_FACTOR),
+    ]
+    sections = butter(FILTER_ORDER, edges, "bandpass", fs=recording.rate_hz, output="sos")
+    return _both_ways(sections, recording.volts, recording.rate_hz)
+
+
+def linear_envelope(recording: Recording, settings: EnvelopeSettings) -> Array:
+    """Mean rectified amplitude over time: (T, C) volts, not negative.
+
+    The low-pass swings below zero beside a sudden onset; an amplitude cannot.
+    """
+    corner = _corner(settings.cutoff_hz, recording.rate_hz, CORNER_FACTOR)
+    sections = butter(FILTER_ORDER, corner, fs=recording.rate_hz, output="sos")
+    rectified = np.abs(band_passed(recording, settings))
+    return np.maximum(_both_ways(sections, rectified, recording.rate_hz), 0.0)
+
+
+def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:
+    """Amplitude of each channel in its maximal voluntary contraction: (C,) volts.
+
+    Raises
+    ------
+    DataError                        a silent channel, or a recording shorter than the window
+    """
+    envelope = linear_envelope(mvc, settings)
+    window = max(1, round(settings.mvc_window_s * mvc.rate_hz))
+    if window > len(envelope):
+        raise DataError(
+            f"{mvc.source}: {len(envelope) / mvc.rate_hz:.2f} s, shorter than "
+            f"emg.envelope.mvc_window_s: {settings.mvc_window_s} s. Shorten the window."
+        )
+    sums = np.cumsum(np.vstack([np.zeros(len(mvc.channels)), envelope]), axis=0)
+    amplitudes = ((sums[window:] - sums[:-window]) / window).max(axis=0)
+    for name, amplitude in zip(mvc.channels, amplitudes, strict=True):
+        if not amplitude > 0.0:
+            raise DataError(
+                f"{mvc.source}, channel {name}: silent; expected a maximal contraction. "
+                "Check the electrode, and repeat the recording."
+            )
+    return amplitudes
+
+
+def write_envelopes(path: Path, envelopes: Envelopes) -> None:
+    """Write envelopes as CSV: time_s, <channel>_mvc (fraction of MVC), simulated."""
+    columns = [f"{name}_mvc" for name in envelopes.channels]
+    write_signals(path, columns, envelopes.time_s, envelopes.values, envelopes.simulated)
+
+
+def read_envelopes(path: Path, channels: Sequence[str]) -> Envelopes:
+    """Read envelopes that `write_envelopes` wrote.
+
+    Raises
+    ------
+    DataError                        missing column or number; names file, row and column
+    """
+    time, values, simulated = read_signals(path, [f"{name}_mvc" for name in channels])
+    return Envelopes(tuple(channels), time, values, simulated)
+
+
+def _corner(frequency_hz: float, rate_hz: float, factor: float) -> float:
+    """Corner of one pass, so that both have half power at a frequency.
+
+    The factor applies to the frequencies of the analog filter, which the bilinear transform warps.
+    """
+    warped = np.tan(np.pi * frequency_hz / rate_hz) / factor
+    return float(np.arctan(warped) * rate_hz / np.pi)
+
+
+def _both_ways(sections: Array, signals: Array, rate_hz: float) -> Array:
+    extension = min(round(EXTENSION_S * rate_hz), len(signals) - 1)
+    return sosfiltfilt(sections, signals, axis=0, padtype="even", padlen=extension)

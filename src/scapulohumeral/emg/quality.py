@@ -1,0 +1,141 @@
+"""Quality of EMG recordings, channel by channel: clipping, mains hum, dead channel, above MVC.
+
+Letters: T samples, C channels.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import welch
+
+from scapulohumeral.emg.envelope import Envelopes, EnvelopeSettings, band_passed
+from scapulohumeral.emg.recording import Recording
+from scapulohumeral.model.rotations import Array
+
+MAINS_HZ = (50.0, 60.0)
+# Width of a line in the spectrum of a Hann window at 1 Hz resolution, and the part of the spectrum
+# beside it that tells how much power would be there without hum [Hz].
+LINE_HALF_WIDTH_HZ = 2.0
+BESIDE_HZ = 8.0
+# Samples this close to an extreme value count as clipped, as a share of the range: the step of a
+# 12-bit converter is 0.00025.
+RAIL_SHARE = 5e-4
+
+
+@dataclass(frozen=True)
+class QualityLimits:
+    """Largest or smallest values that pass: keys of `emg.quality` in the configuration.
+
+    Attributes
+    ----------
+    clipped_share : largest share of samples at the extreme values [1]
+    hum_share : largest share of the power that 50 or 60 Hz add [1]
+    dead_rms_v : least root mean square of the band-passed signal [V]
+    largest_envelope : largest envelope [fraction of MVC]
+    """
+
+    clipped_share: float
+    hum_share: float
+    dead_rms_v: float
+    largest_envelope: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of one channel; `recording` is "trial" or "mvc"."""
+
+    recording: str
+    channel: str
+    check: str
+    value: float
+    threshold: float
+    unit: str
+    passed: bool
+
+
+def check_recording(
+    name: str, recording: Recording, settings: EnvelopeSettings, limits: QualityLimits
+) -> list[Check]:
+    """Clipping, mains hum and dead channels of a raw recording.
+
+    Parameters
+    ----------
+    name : "trial" or "mvc"
+    recording, settings, limits
+
+    Raises
+    ------
+    DataError                        if the sampling rate is too low for the band
+    """
+    band = band_passed(recording, settings)
+    rms = np.sqrt(np.mean(band**2, axis=0))
+    measures = (
+        ("clipping", clipped_share(recording.volts), limits.clipped_share, "1"),
+        ("mains_hum", hum_share(band, recording.rate_hz), limits.hum_share, "1"),
+    )
+    checks = [
+        Check(name, channel, check, float(value), limit, unit, bool(value <= limit))
+        for check, values, limit, unit in measures
+        for channel, value in zip(recording.channels, values, strict=True)
+    ]
+    return checks + [
+        Check(name, channel, "dead", float(v), limits.dead_rms_v, "V", bool(v >= limits.dead_rms_v))
+        for channel, v in zip(recording.channels, rms, strict=True)
+    ]
+
+
+def check_envelopes(envelopes: Envelopes, limits: QualityLimits) -> list[Check]:
+    """Whether a trial exceeds the maximal voluntary contraction, which is then none."""
+    limit = limits.largest_envelope
+    return [
+        Check("trial", channel, "above_mvc", float(peak), limit, "fraction of MVC", peak <= limit)
+        for channel, peak in zip(
+            envelopes.channels, envelopes.values.max(axis=0).tolist(), strict=True
+        )
+    ]
+
+
+def write_quality(path: Path, checks: Sequence[Check], simulated: bool) -> None:
+    """Write checks as JSON, schema "emg_quality/1"; `passed` says whether all passed."""
+    document = {
+        "schema": "emg_quality/1",
+        "simulated": simulated,
+        "passed": all(check.passed for check in checks),
+        "checks": [asdict(check) for check in checks],
+    }
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def clipped_share(volts: Array) -> Array:
+    """Share of samples at the largest and smallest value: (C,).
+
+    An amplifier out of range repeats its extreme values; noise reaches them once. Zero for a
+    constant channel, which is dead rather than clipped.
+    """
+    low, high = volts.min(axis=0), volts.max(axis=0)
+    margin = RAIL_SHARE * (high - low)
+    at_rail = (volts <= low + margin) | (volts >= high - margin)
+    return np.where(high > low, at_rail.mean(axis=0), 0.0)
+
+
+def hum_share(band: Array, rate_hz: float) -> Array:
+    """Share of power that the mains line adds to band-passed EMG, the larger of 50 and 60 Hz: (C,).
+
+    EMG has power at these frequencies too; what the neighbouring frequencies have is subtracted.
+    Harmonics of the line are not counted.
+    """
+    frequency, power = welch(band, rate_hz, nperseg=min(round(rate_hz), len(band)), axis=0)
+    total = power.sum(axis=0)
+    shares = []
+    for mains in MAINS_HZ:
+        distance = np.abs(frequency - mains)
+        line = distance <= LINE_HALF_WIDTH_HZ
+        beside = ~line & (distance <= BESIDE_HZ)
+        excess = power[line].sum(axis=0) - line.sum() * power[beside].mean(axis=0)
+        shares.append(np.divide(excess, total, out=np.zeros_like(total), where=total > 0.0))
+    return np.maximum(np.max(shares, axis=0), 0.0)

@@ -1,0 +1,146 @@
+"""Raw EMG recordings, read from CSV and C3D and checked.
+
+Letters: T samples, C channels. Everything returned is in seconds and volts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+
+from scapulohumeral.emg.signal_table import read_signals, write_signals
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.motion import TIME_COLUMN
+from scapulohumeral.model.rotations import Array
+
+# A 4 Hz envelope has settled after a quarter of a second; shorter recordings are all ends.
+SHORTEST_S = 1.0
+# Time steps may differ by this share of their mean, as rounded time stamps do.
+STEP_TOLERANCE = 0.02
+VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Raw EMG of one trial, or of the maximal voluntary contractions (MVC).
+
+    Attributes
+    ----------
+    source : file it was read from, or what made it: named in errors
+    channels : (C,)
+    start_s : time of the first sample on the clock of the recording
+    rate_hz : sampling rate
+    volts : (T, C)
+    simulated : whether no electrode has seen the signals
+    """
+
+    source: str
+    channels: tuple[str, ...]
+    start_s: float
+    rate_hz: float
+    volts: Array
+    simulated: bool
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the samples, shape (T,)."""
+        return self.start_s + np.arange(len(self.volts)) / self.rate_hz
+
+
+def read_recording(
+    path: Path, channels: Sequence[str], labels: Mapping[str, str] | None = None
+) -> Recording:
+    """Read a raw recording.
+
+    Parameters
+    ----------
+    path : Path                      .csv with columns time_s and <channel>_V, or .c3d with analog
+                                     channels in V, mV or uV; its time counts from the first frame
+    channels : (C,) wanted channels
+    labels : channel -> label in the C3D file, where it differs from the name of the channel
+
+    Raises
+    ------
+    DataError                        other kind of file, a missing channel, a sample that is no
+                                     number, time that is not uniform, an unknown unit, or less
+                                     than a second; names file, row and column
+    """
+    if not path.is_file():
+        raise DataError(f"{path}: no such file. Check the name where the recording is referred to.")
+    readers = {".csv": _read_csv, ".c3d": _read_c3d}
+    if path.suffix.lower() not in readers:
+        raise DataError(
+            f"{path}: '{path.suffix}'; expected .csv or .c3d. Export it as one of them."
+        )
+    recording = readers[path.suffix.lower()](path, channels, labels or {})
+    duration = len(recording.volts) / recording.rate_hz
+    if duration < SHORTEST_S:
+        raise DataError(
+            f"{path}: {duration:.3f} s; an envelope needs at least {SHORTEST_S} s. Record longer."
+        )
+    return recording
+
+
+def write_recording(path: Path, recording: Recording) -> None:
+    """Write a recording as CSV: time_s, <channel>_V, simulated."""
+    columns = [f"{name}_V" for name in recording.channels]
+    write_signals(path, columns, recording.time_s, recording.volts, recording.simulated)
+
+
+def _read_csv(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:
+    time, volts, simulated = read_signals(path, [f"{name}_V" for name in channels])
+    steps = np.diff(time)
+    mean = steps.mean() if len(steps) else 0.0
+    uneven = np.flatnonzero(np.abs(steps - mean) > STEP_TOLERANCE * mean)
+    if uneven.size:
+        row = int(uneven[0]) + 3
+        raise DataError(
+            f"{path}, row {row}, column {TIME_COLUMN}: {steps[row - 3]:.6f} s after the row "
+            f"before; expected {mean:.6f} s throughout. Write times with more digits, or fill gaps."
+        )
+    rate = 1.0 / mean if mean else np.inf
+    return Recording(str(path), tuple(channels), float(time[0]), float(rate), volts, simulated)
+
+
+def _read_c3d(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:
+    try:
+        file = ezc3d.c3d(str(path))
+    except (OSError, RuntimeError, ValueError) as error:
+        raise DataError(f"{path}: not a C3D file: {error}. Export the recording again.") from error
+    analog = file["parameters"]["ANALOG"]
+    found = [label.strip() for label in analog["LABELS"]["value"]]
+    units = [unit.strip() for unit in analog["UNITS"]["value"]]
+    columns = [_c3d_column(path, labels.get(name, name), found) for name in channels]
+    scale = [_volts_per_unit(path, found[i], units[i] if i < len(units) else "") for i in columns]
+    volts = file["data"]["analogs"][0, columns].T * scale
+    faulty = np.argwhere(~np.isfinite(volts))
+    if faulty.size:
+        sample, channel = faulty[0]
+        raise DataError(
+            f"{path}, sample {sample + 1}, channel {found[columns[channel]]}: "
+            f"{volts[sample, channel]}; expected a finite number. Cut the recording there."
+        )
+    rate = float(analog["RATE"]["value"][0])
+    return Recording(str(path), tuple(channels), 0.0, rate, volts, simulated=False)
+
+
+def _c3d_column(path: Path, label: str, found: Sequence[str]) -> int:
+    if label not in found:
+        raise DataError(
+            f"{path}: no analog channel '{label}'; found {', '.join(found) or 'none'}. "
+            "Name its label in participant.yaml, emg.labels."
+        )
+    return found.index(label)
+
+
+def _volts_per_unit(path: Path, label: str, unit: str) -> float:
+    if unit not in VOLTS:
+        raise DataError(
+            f"{path}, channel {label}: unit '{unit}'; expected {', '.join(VOLTS)}. "
+            "Set ANALOG:UNITS of the file."
+        )
+    return VOLTS[unit]

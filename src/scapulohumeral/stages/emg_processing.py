@@ -1,0 +1,71 @@
+"""Process the raw EMG of one trial, measured or simulated: from files to files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scapulohumeral.emg.channels import read_channels
+from scapulohumeral.emg.envelope import EnvelopeSettings, normalised_envelopes, write_envelopes
+from scapulohumeral.emg.quality import (
+    QualityLimits,
+    check_envelopes,
+    check_recording,
+    write_quality,
+)
+from scapulohumeral.emg.recording import read_recording
+from scapulohumeral.model.participant import read_participant
+
+
+@dataclass(frozen=True)
+class EmgFiles:
+    """What envelopes are made from: `raw` is the recording of the trial, measured or simulated."""
+
+    participant: Path
+    channels: Path
+    raw: Path
+    mvc: Path
+
+
+@dataclass(frozen=True)
+class EmgSettings:
+    """How EMG is processed, and what it has to pass."""
+
+    envelope: EnvelopeSettings
+    quality: QualityLimits
+
+
+def process_emg(
+    trial: str, files: EmgFiles, settings: EmgSettings, envelope: Path, quality: Path
+) -> None:
+    """Write envelopes on the kinematic time base, and the quality of the recordings.
+
+    Parameters
+    ----------
+    trial : str                      name of the trial in participant.yaml, which gives delay and
+                                     labels of measured EMG; simulated EMG has neither
+    files : EmgFiles
+    settings : EmgSettings
+    envelope : Path                  CSV to write: <channel>_mvc, fractions of MVC
+    quality : Path                   JSON to write, schema "emg_quality/1"
+
+    Raises
+    ------
+    DataError                        if a recording cannot be used; a recording of poor quality can,
+                                     and is reported
+    """
+    folder = files.participant.parent
+    measured = read_participant(folder.parent, folder.name).trial(trial).emg
+    channels = read_channels(files.channels).names
+    labels = measured.labels if measured else {}
+    raw = read_recording(files.raw, channels, labels)
+    mvc = read_recording(files.mvc, channels, labels)
+    delay = measured.delay_s if measured else 0.0
+    envelopes = normalised_envelopes(raw, mvc, settings.envelope, delay)
+    write_envelopes(envelope, envelopes)
+    checks = [
+        *check_recording("trial", raw, settings.envelope, settings.quality),
+        *check_recording("mvc", mvc, settings.envelope, settings.quality),
+        *check_envelopes(envelopes, settings.quality),
+    ]
+    write_quality(quality, checks, envelopes.simulated)

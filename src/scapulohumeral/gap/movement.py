@@ -17,6 +17,8 @@ from scapulohumeral.model.smoothing import smooth_recording
 
 # Share of the peak speed at which a movement starts and ends.
 SPEED_SHARE = 0.05
+# ASSUME: a spell above that share which never reaches this one is sway or noise at rest.
+MOVING_SHARE = 0.2
 # ASSUME: an arm that never turns faster is held still, and the whole trial counts as movement.
 STILL_RAD_S = np.deg2rad(5.0)
 # Human arm motion is below 6 Hz, marker noise above (Winter 2009, section 3.4.4.2); the speed of a
@@ -34,13 +36,18 @@ def movement_window(time_s: Array, angles_rad: Array) -> tuple[float, float]:
 
     Returns
     -------
-    start, end                       first and last crossing; the whole trial if the arm is still
+    start, end                       first and last crossing, spells of sway left out; the whole
+                                     trial if the arm is still
     """
     speed = humerothoracic_speed(smoothed(Motion(time_s, angles_rad)))
     if speed.max() < STILL_RAD_S:
         return float(time_s[0]), float(time_s[-1])
-    moving = np.flatnonzero(speed >= SPEED_SHARE * speed.max())
-    return float(time_s[moving[0]]), float(time_s[min(moving[-1] + 1, len(time_s) - 1)])
+    slow = np.flatnonzero(speed < SPEED_SHARE * speed.max())
+    moving = np.flatnonzero(speed >= MOVING_SHARE * speed.max())
+    # Speed k is that between frames k and k + 1.
+    start = slow[slow < moving[0]].max(initial=-1) + 1
+    end = slow[slow > moving[-1]].min(initial=len(speed))
+    return float(time_s[start]), float(time_s[end])
 
 
 def humerothoracic_speed(motion: Motion) -> Array:

@@ -1,0 +1,99 @@
+"""The command ``scapulohumeral gap diagnose``.
+
+Modules that compute are imported only after the arguments are read: help is quick, and the number
+of threads of the linear algebra, which changes results in the last digits, is set before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scapulohumeral.provenance import SOURCE_ROOT
+
+if TYPE_CHECKING:
+    from scapulohumeral.gap.case import Case
+    from scapulohumeral.gap.participant_model import ParticipantModel
+    from scapulohumeral.gap.result import Diagnosis
+    from scapulohumeral.gap.run import Config
+
+STUDY = SOURCE_ROOT.parent
+EXIT_CODES = (
+    "Exit code 0: DIR/result.json holds an answer, which may be that there is no gap, or that none "
+    "can be given; 2: the input is refused; 3: a solve failed, and result.json says so."
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code.
+
+    Parameters
+    ----------
+    argv : arguments without the name of the program; None: those of the process
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    options = _parser().parse_args(arguments)
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    return options.run(options, shlex.join(["scapulohumeral", *arguments]))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="scapulohumeral", description="Simulated and recorded coordination of the shoulder."
+    )
+    areas = parser.add_subparsers(required=True, metavar="AREA")
+    gap = areas.add_parser("gap", help="the gap between recorded trials and the model")
+    commands = gap.add_subparsers(required=True, metavar="COMMAND")
+    _add_diagnose(commands)
+    return parser
+
+
+def _add_diagnose(commands: argparse._SubParsersAction) -> None:
+    diagnose = commands.add_parser(
+        "diagnose",
+        help="where recorded trials and the model part, which effect explains it, and how far",
+        epilog=EXIT_CODES,
+    )
+    add = diagnose.add_argument
+    add("test", nargs="+", type=Path, metavar="TEST", help="trials to explain: .csv or .mot")
+    add("--reference", nargs="+", type=Path, default=[], metavar="REF", help="trials without it")
+    add("--out", type=Path, required=True, metavar="DIR", help="folder for the answer")
+    add("--participant", type=Path, metavar="FILE", help="default: beside the first TEST")
+    add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
+    add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
+    add("--config", type=Path, default=STUDY / "config" / "config.yaml", metavar="FILE")
+    add("--cache", type=Path, default=STUDY / "results" / "gap" / "models", metavar="DIR")
+    diagnose.set_defaults(run=_diagnose)
+
+
+def _diagnose(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.run import Request, run
+
+    request = Request(
+        tests=tuple(options.test),
+        references=tuple(options.reference),
+        out=options.out,
+        participant=options.participant,
+        config=options.config,
+        cache=options.cache,
+        seed=options.seed,
+        threads=options.threads,
+        command=command,
+    )
+    return run(request, _inference)
+
+
+def _inference(case: Case, model: ParticipantModel, config: Config) -> Diagnosis:
+    from scapulohumeral.gap.diagnosis import diagnose, read_settings
+
+    return diagnose(case, model, read_settings(config))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

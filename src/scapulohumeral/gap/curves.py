@@ -1,0 +1,72 @@
+"""Tables behind the figures of a diagnosis: their names, columns and files ``curves/*.csv``.
+
+A diagnosis holds those it could compute; the report draws those it finds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from scapulohumeral.errors import DataError
+
+FOLDER = "curves"
+
+# Columns of each table; `phase_percent` runs from 0 to 100 over the movement.
+TABLES: dict[str, tuple[str, ...]] = {
+    # Where the gap shows: mean difference over its standard error, threshold of the null bank.
+    "shows": ("channel", "phase_percent", "effect_sigma", "threshold_sigma", "repeated"),
+    # Where it enters: slack force by degree of freedom, or activation by muscle, in `unit`.
+    "enters": ("kind", "name", "phase_percent", "effect", "threshold", "unit"),
+    # Observables of each task: recorded mean, nominal model, model with the effect, floor band.
+    "overlay": (
+        "task",
+        "channel",
+        "phase_percent",
+        "recorded",
+        "nominal",
+        "with_effect",
+        "floor_low",
+        "floor_high",
+        "unit",
+    ),
+    # The gap, the best signature and what it leaves, on one scale.
+    "signature": ("channel", "phase_percent", "residual_sigma", "signature_sigma", "rest_sigma"),
+    # Probability that these trials tell two effects apart.
+    "isolability": ("label_a", "label_b", "p_apart"),
+    # Amplitude of the best effect, fitted to each task alone.
+    "amplitude": ("task", "parameter", "value", "low", "high", "unit"),
+    # What the controls reach on held-out trials: black box, placebos, the winner.
+    "controls": ("name", "shrinkage"),
+    # One row per cell of the robustness grid.
+    "robustness": ("cell", "verdict", "agrees"),
+}
+
+
+def check_curves(curves: Mapping[str, pd.DataFrame]) -> None:
+    """Refuse tables of other names or columns than `TABLES` lists.
+
+    Raises
+    ------
+    DataError                        names the table, what was found and what was expected
+    """
+    for name, table in curves.items():
+        if name not in TABLES:
+            raise DataError(f"curves, '{name}': unknown; expected one of {', '.join(TABLES)}.")
+        if tuple(table.columns) != TABLES[name]:
+            raise DataError(
+                f"curves, '{name}': columns {', '.join(map(str, table.columns))}; expected "
+                f"{', '.join(TABLES[name])}."
+            )
+
+
+def write_curves(curves: Mapping[str, pd.DataFrame], out: Path) -> None:
+    """Write each table to ``out/curves/NAME.csv``."""
+    check_curves(curves)
+    folder = out / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, table in curves.items():
+        text = table.to_csv(index=False, float_format="%.6g", lineterminator="\n")
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")

@@ -1,0 +1,194 @@
+"""One diagnosis from files to files: read, build the model, diagnose, write the answer.
+
+The input is refused before anything long runs. Whatever happens to a solve, ``result.json`` is
+valid or absent, never half an answer or that of an earlier run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from scapulohumeral import provenance
+from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
+from scapulohumeral.gap.curves import FOLDER as CURVES
+from scapulohumeral.gap.curves import check_curves, write_curves
+from scapulohumeral.gap.participant import find_participant, read_participant_file
+from scapulohumeral.gap.participant_model import (
+    ModelSettings,
+    ParticipantModel,
+    check_groups,
+    participant_model,
+)
+from scapulohumeral.gap.report import write_report
+from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
+from scapulohumeral.gap.trials import read_trials, trial_files
+
+ANSWERED, REFUSED, FAILED = 0, 2, 3
+RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
+ENTRY = "scapulohumeral.gap.cli"
+
+Config = Mapping[str, Any]
+# The inference: a case, its nominal model and the configuration give a diagnosis.
+Diagnose = Callable[[Case, ParticipantModel, Config], Diagnosis]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command was asked for; `participant` None: beside the test files."""
+
+    tests: tuple[Path, ...]
+    references: tuple[Path, ...]
+    out: Path
+    participant: Path | None
+    config: Path
+    cache: Path
+    seed: int
+    threads: int
+    command: str
+
+
+def run(request: Request, diagnose: Diagnose) -> int:
+    """Diagnose a case and write the answer into ``request.out``.
+
+    Returns
+    -------
+    int      0: ``result.json`` holds an answer; 2: the input was refused and there is no
+             ``result.json``; 3: a solve failed and ``result.json`` says so
+    """
+    request.out.mkdir(parents=True, exist_ok=True)
+    _clear(request.out)
+    with _logging(request.out / LOG):
+        log.info("%s", request.command)
+        try:
+            config = _read_config(request.config)
+            case = read_case(request, config)
+            return _answer(request, case, config, diagnose)
+        except (ConfigError, DataError, ModelError) as error:
+            log.error("refused: %s", error)
+            print(f"Refused: {error}", file=sys.stderr)
+            return REFUSED
+
+
+def read_case(request: Request, config: Config) -> Case:
+    """Read and check all files of a case.
+
+    Raises
+    ------
+    ConfigError, DataError           names file, row, column, what was expected, and the remedy
+    """
+    path = request.participant or find_participant(request.tests)
+    file = read_participant_file(path, config["masses"])
+    check_groups(file.participant, request.config.parent / "model")
+    notes: list[str] = []
+    sides: list[list[GapTrial]] = []
+    for files in (request.tests, request.references):
+        paths, skipped = trial_files(files)
+        trials, ignored = read_trials(paths, file.trials)
+        sides.append(trials)
+        notes += [*skipped, *ignored]
+    test, reference = sides
+    case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
+    for note in case.notes:
+        log.info("%s", note)
+    return case
+
+
+def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) -> int:
+    """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
+    model = None
+    try:
+        settings = ModelSettings(request.config.parent / "model", config["geometry"])
+        model = participant_model(case, settings, request.cache)
+        log.info("model %s", model.hash)
+        diagnosis = diagnose(case, model, config)
+    except (ConfigError, DataError, ModelError):
+        raise
+    except Exception as error:
+        # Also a defect of the program: whoever reads result.json learns that there is no verdict.
+        diagnosis = _failed(case, error)
+    diagnosis = _completed(diagnosis, case, model, config)
+    try:
+        text = to_json(diagnosis)
+        check_curves(diagnosis.curves)
+    except DataError as error:
+        diagnosis = _completed(_failed(case, error), case, model, config)
+        text = to_json(diagnosis)
+    (request.out / RESULT).write_text(text, encoding="utf-8")
+    _illustrate(diagnosis, request)
+    log.info("status %s", diagnosis.status)
+    return FAILED if diagnosis.status == "failed" else ANSWERED
+
+
+def _failed(case: Case, error: Exception) -> Diagnosis:
+    log.exception("failed")
+    reason = f"{type(error).__name__}: {error}"
+    print(f"Failed: {reason}. See {LOG}.", file=sys.stderr)
+    return failed_diagnosis(case, reason)
+
+
+def _completed(
+    diagnosis: Diagnosis, case: Case, model: ParticipantModel | None, config: Config
+) -> Diagnosis:
+    """A diagnosis with the fields that follow from the case alone."""
+    hashes = {
+        "code": provenance.code_hash(ENTRY),
+        "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
+        "model": None if model is None else model.hash,
+        "inputs": case_hash(case),
+        "null_bank": diagnosis.hashes.get("null_bank"),
+    }
+    return replace(diagnosis, mode=case.mode, inputs=describe_inputs(case), hashes=hashes)
+
+
+def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
+    """Write curves and page. The answer stands without them, so their defect is only reported."""
+    try:
+        write_curves(diagnosis.curves, request.out)
+        write_report(diagnosis, request.command, request.out)
+    except Exception as error:
+        log.exception("no report")
+        print(f"No {REPORT}: {error}. {RESULT} is complete; see {LOG}.", file=sys.stderr)
+
+
+def _read_config(path: Path) -> dict[str, Any]:
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError) as error:
+        raise ConfigError(f"{path}: {error}. Name the configuration with --config.") from error
+
+
+def _clear(out: Path) -> None:
+    """Remove the answer of an earlier run: it must not be taken for this one's."""
+    stale = [out / RESULT, out / REPORT, *(out / CURVES).glob("*.csv")]
+    for path in stale:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _logging(path: Path) -> Iterator[None]:
+    """Send the messages of the package to a file."""
+    package = logging.getLogger("scapulohumeral")
+    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    level = package.level
+    package.addHandler(handler)
+    package.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        package.removeHandler(handler)
+        package.setLevel(level)
+        handler.close()

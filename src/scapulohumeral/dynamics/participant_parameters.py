@@ -106,13 +106,7 @@ def forearm(record: Mapping[str, Any]) -> tuple[float, Array, Array, Array]:
     All in the forearm frame; inertia about the common mass centre.
     """
     parts = []
-    rotation, origin = _fixed_rotation(record, "hu"), np.zeros(3)
-    spin = _axis_rotation(np.array(record["axes"]["PS_y"]), record["pronation_rad"])
-    chain = (("ulna_r", None, np.eye(3)), ("radius_r", "ur", spin), ("hand_r", "rc", np.eye(3)))
-    for segment, joint, turn in chain:
-        if joint is not None:
-            origin = origin + rotation @ np.array(record["joints"][joint]["location_m"])
-            rotation = rotation @ _fixed_rotation(record, joint) @ turn
+    for segment, (origin, rotation) in forearm_frames(record).items():
         body = record["segments"][segment]
         centre = origin + rotation @ np.array(body["com_m"])
         parts.append(
@@ -125,6 +119,18 @@ def forearm(record: Mapping[str, Any]) -> tuple[float, Array, Array, Array]:
         d = centre - com
         inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
     return mass, com, inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], parts[-1][1]
+
+
+def forearm_frames(record: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:
+    """Where ulna, radius and hand are in the forearm: origin (3,) [m] and rotation (3, 3)."""
+    rotation, origin = _fixed_rotation(record, "hu"), np.zeros(3)
+    spin = _axis_rotation(np.array(record["axes"]["PS_y"]), record["pronation_rad"])
+    frames = {"ulna_r": (origin, rotation)}
+    for segment, joint, turn in (("radius_r", "ur", spin), ("hand_r", "rc", np.eye(3))):
+        origin = origin + rotation @ np.array(record["joints"][joint]["location_m"])
+        rotation = rotation @ _fixed_rotation(record, joint) @ turn
+        frames[segment] = (origin, rotation)
+    return frames
 
 
 def muscle_parameters(record: Mapping[str, Any]) -> MuscleParameters:

@@ -48,7 +48,7 @@ def noise_sd(values: Array, settings: EnvelopeSettings) -> Array:
 
     Returns
     -------
-    array like `values`              at least the level at rest
+    array like `values`              at least the level at rest, by which small ones are biased
     """
     share = NOISE_SHARE * np.sqrt(settings.cutoff_hz / MEASURED_CUTOFF_HZ)
     return np.maximum(share * values, REST_LEVEL)

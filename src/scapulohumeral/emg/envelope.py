@@ -11,6 +11,7 @@ Letters: T samples of the recording, R samples of the envelope, C channels, N ti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,9 +120,9 @@ def normalised_envelopes(
     share = linear_envelope(raw, settings) / mvc_amplitudes(mvc, settings)
     clock = raw.time_s - delay_s
     # Tolerance of rounded time stamps, in samples of the envelope.
-    first = np.ceil(clock[0] * settings.rate_hz - 1e-3)
-    last = np.floor(clock[-1] * settings.rate_hz + 1e-3)
-    time = np.arange(first, last + 1.0) / settings.rate_hz
+    first = math.ceil(clock[0] * settings.rate_hz - 1e-3)
+    last = math.floor(clock[-1] * settings.rate_hz + 1e-3)
+    time = np.arange(first, last + 1) / settings.rate_hz
     values = np.column_stack([np.interp(time, clock, column) for column in share.T])
     return Envelopes(raw.channels, time, values, raw.simulated or mvc.simulated)
 

@@ -1,0 +1,110 @@
+"""Files of a participant become envelopes: measured EMG is used where participant.yaml names it."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from emg_study import CHANNELS, CONFIG, ENVELOPE, LIMITS, SIMULATION
+
+from scapulohumeral.emg.envelope import read_envelopes
+from scapulohumeral.emg.recording import write_recording
+from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.stages.emg_processing import EmgFiles, EmgSettings, process_emg
+
+pytestmark = pytest.mark.unit
+
+SETTINGS = EmgSettings(ENVELOPE, LIMITS)
+ENTRY = "emg: {mvc: emg/mvc.csv, trials: {frontal: emg/frontal.csv}, delay_s: 0.25}\n"
+
+
+@pytest.fixture
+def participants(tmp_path: Path) -> Path:
+    """A copy of the participants that a test may change."""
+    return Path(shutil.copytree(CONFIG / "participants", tmp_path / "participants"))
+
+
+def add_to_yaml(participants: Path, text: str) -> None:
+    """Append to participant.yaml of par2."""
+    with (participants / "par2" / "participant.yaml").open("a", encoding="utf-8") as handle:
+        handle.write(text)
+
+
+@pytest.fixture
+def files(tmp_path: Path, participants: Path) -> EmgFiles:
+    """Recordings of par2: infraspinatus at 0.4 from 2 s on."""
+    time = np.array([0.0, 1.99, 2.01, 5.0])
+    excitations = np.zeros((4, len(CHANNELS.names)))
+    excitations[2:, CHANNELS.names.index("infraspinatus")] = 0.4
+    raw = simulate_recording(time, excitations, CHANNELS, SIMULATION, random_stream(1, "raw"))
+    mvc = simulate_mvc(CHANNELS, SIMULATION, random_stream(1, "mvc"))
+    for name, recording in (("raw", raw), ("mvc", mvc)):
+        write_recording(tmp_path / f"{name}.csv", recording)
+    return EmgFiles(
+        participant=participants / "par2" / "participant.yaml",
+        channels=CONFIG / "emg" / "channels.csv",
+        raw=tmp_path / "raw.csv",
+        mvc=tmp_path / "mvc.csv",
+    )
+
+
+def onset(files: EmgFiles, folder: Path) -> float:
+    """Time at which the envelope of infraspinatus passes half its level."""
+    process_emg("frontal", files, SETTINGS, folder / "envelope.csv", folder / "quality.json")
+    envelopes = read_envelopes(folder / "envelope.csv", CHANNELS.names)
+    values = envelopes.values[:, CHANNELS.names.index("infraspinatus")]
+    return float(envelopes.time_s[np.argmax(values > 0.2)])
+
+
+def test_simulated_trial(files: EmgFiles, tmp_path: Path) -> None:
+    assert onset(files, tmp_path) == pytest.approx(2.0, abs=0.08)
+    quality = json.loads((tmp_path / "quality.json").read_text())
+    assert quality["simulated"] is True
+    assert quality["passed"] is True
+    assert len(quality["checks"]) == 8 * (3 + 3 + 1)
+
+
+def test_measured_trial_is_shifted_by_its_delay(
+    files: EmgFiles, participants: Path, tmp_path: Path
+) -> None:
+    before = onset(files, tmp_path)
+    add_to_yaml(participants, ENTRY)
+    assert onset(files, tmp_path) == pytest.approx(before - 0.25, abs=0.011)
+
+
+def test_trials_know_their_measured_emg(participants: Path) -> None:
+    add_to_yaml(participants, ENTRY)
+    participant = read_participant(participants, "par2")
+    emg = participant.trial("frontal").emg
+    assert emg.file == participants / "par2" / "emg" / "frontal.csv"
+    assert emg.mvc_file == participants / "par2" / "emg" / "mvc.csv"
+    assert emg.delay_s == 0.25
+    assert participant.trial("scapular").emg is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("frontal:", "running:", "emg.trials: running; expected names of its trials: frontal"),
+        (", delay_s: 0.25", "", "emg: 'delay_s' is a required property"),
+        ("0.25", "soon", "emg.delay_s: 'soon' is not of type 'number'; expected: what the EMG"),
+        ("mvc:", "maximum:", "emg: "),
+    ],
+)
+def test_wrong_entry_is_refused(participants: Path, old: str, new: str, message: str) -> None:
+    add_to_yaml(participants, ENTRY.replace(old, new))
+    with pytest.raises(ConfigError, match=message):
+        read_participant(participants, "par2")
+
+
+def test_poor_quality_is_reported_and_does_not_stop(files: EmgFiles, tmp_path: Path) -> None:
+    strict = replace(SETTINGS, quality=replace(LIMITS, largest_envelope=0.1))
+    process_emg("frontal", files, strict, tmp_path / "envelope.csv", tmp_path / "quality.json")
+    quality = json.loads((tmp_path / "quality.json").read_text())
+    failed = [entry["channel"] for entry in quality["checks"] if not entry["passed"]]
+    assert quality["passed"] is False
+    assert failed == ["infraspinatus"]

@@ -87,6 +87,20 @@ def elevations(wildcards):
     return [str(trials[plane]) for plane in ("frontal", "scapular", "sagittal") if plane in trials]
 
 
+def raw_emg(wildcards):
+    """Raw EMG of a trial and the maximal contractions that it is normalised by."""
+    folder = Path("config/participants", wildcards.participant)
+    document = yaml.safe_load((folder / "participant.yaml").read_text(encoding="utf-8"))
+    emg = document.get("emg", {"trials": {}})
+    if wildcards.trial in emg["trials"]:
+        return {
+            "raw": str(folder / emg["trials"][wildcards.trial]),
+            "mvc": str(folder / emg["mvc"]),
+        }
+    simulated = f"results/emg/{wildcards.participant}"
+    return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

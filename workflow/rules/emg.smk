@@ -2,20 +2,6 @@
 # EMG is processed from that, any other from the recording that simulate_emg makes.
 
 
-def raw_emg(wildcards):
-    """Raw EMG of a trial and the maximal contractions that it is normalised by."""
-    folder = Path("config/participants", wildcards.participant)
-    document = yaml.safe_load((folder / "participant.yaml").read_text(encoding="utf-8"))
-    emg = document.get("emg", {"trials": {}})
-    if wildcards.trial in emg["trials"]:
-        return {
-            "raw": str(folder / emg["trials"][wildcards.trial]),
-            "mvc": str(folder / emg["mvc"]),
-        }
-    simulated = f"results/emg/{wildcards.participant}"
-    return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
-
-
 rule process_emg:
     input:
         unpack(raw_emg),

@@ -147,9 +147,12 @@ def test_the_command_of_the_package_exists():
     assert callable(getattr(importlib.import_module(module), function))
 
 
-def test_model_and_thorax_come_from_the_right_trials(case_folder, seen):
+def test_reference_trials_shape_the_model_if_there_are_any(case_folder, seen):
     assert diagnose(case_folder, ["lift_r1.csv", "lift_r2.csv"], ["lift_r3.csv"]) == 0
+    assert diagnose(case_folder, ["lift_r1.csv", "lift_r2.csv"], []) == 0
     settings = ModelSettings(REPOSITORY / "config" / "model", {})
-    files = _inputs(seen[0], settings)
-    tables = sorted(name for name in files if name.endswith(".csv"))
+    files = [_inputs(case, settings) for case in seen]
+    shaping = [json.loads(each["settings.json"])["shaping_trials"] for each in files]
+    assert shaping == [["reference0"], ["test0", "test1"]]
+    tables = sorted(name for name in files[0] if name.endswith(".csv"))
     assert tables == ["case/reference0.csv", "case/test0.csv", "case/test1.csv"]

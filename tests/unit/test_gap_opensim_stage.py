@@ -29,6 +29,7 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
         "tables": str(tables),
         "masses": "published",
         "segment_mass_kg": {"humerus_r": 2.0},
+        "shaping_trials": ["test0"],
         "geometry": {
             "poses": 6,
             "held_out_poses": 2,

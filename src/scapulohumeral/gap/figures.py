@@ -116,7 +116,8 @@ def _heat_map(
     axes.set_yticks(range(len(names)), names)
     axes.set_xlabel("movement [%]")
     axes.grid(visible=False)
-    drawing.figure.colorbar(image, ax=axes, label=label)
+    axes.set_title(label, loc="left")
+    drawing.figure.colorbar(image, ax=axes)
 
 
 def _marks(axes: Axes, table: pd.DataFrame) -> None:
@@ -125,8 +126,10 @@ def _marks(axes: Axes, table: pd.DataFrame) -> None:
         peak = part.iloc[int(np.argmax(part["effect_sigma"].abs()))]
         if not peak["below"]:
             sign = "+" if peak["effect_sigma"] > 0 else "−"
-            circle = None if peak["repeated"] else {"boxstyle": "circle", "fc": "none", "ec": DARK}
-            axes.text(peak["phase_percent"], i, sign, ha="center", va="center", bbox=circle)
+            circle = {"boxstyle": "circle,pad=0.1", "fc": "white"}
+            circle["ec"] = "none" if peak["repeated"] else DARK
+            place = np.clip(peak["phase_percent"], 2.0, 98.0)
+            axes.text(place, i, sign, ha="center", va="center", bbox=circle)
 
 
 @styled
@@ -163,6 +166,7 @@ def signature_figure(table: pd.DataFrame) -> Picture:
     drawing = Drawing(1, 1, (8.0, 3.0))
     [axes] = drawing.panels(1)
     axes.set_title("root mean square over the movement", loc="left")
+    axes.set_axisbelow(True)
     x = np.arange(len(channels))
     for k, (column, label) in enumerate(columns.items()):
         rms = table.groupby("channel", sort=False)[column].apply(lambda v: np.sqrt((v**2).mean()))
@@ -189,6 +193,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Picture:
     drawing = Drawing(1, 1, (8.0, 0.7 + 0.27 * len(entries)))
     [axes] = drawing.panels(1)
     frames = [DARK if label in diagnosis.set90 else "none" for label in labels]
+    axes.set_axisbelow(True)
     axes.barh(names, p, color="#9ecae1", edgecolor=frames, linewidth=1.8)
     for i, value in enumerate(p):
         axes.text(value + 0.01, i, f"{value:.2f}", va="center")
@@ -216,7 +221,8 @@ def isolability_figure(table: pd.DataFrame) -> Picture:
     axes.set_xticks(range(len(labels)), labels, rotation=90)
     axes.set_yticks(range(len(labels)), labels)
     axes.grid(visible=False)
-    drawing.figure.colorbar(image, ax=axes, label="probability of telling apart")
+    axes.set_title("probability of telling apart", loc="left")
+    drawing.figure.colorbar(image, ax=axes)
     for label, row in zip(labels, grid, strict=True):
         drawing.keep("p", label, labels, row)
     return drawing.finish(
@@ -253,6 +259,7 @@ def shrinkage_figure(shrinkage: Shrinkage, controls: pd.DataFrame | None) -> Pic
     drawing = Drawing(1, 1, (8.0, 0.9 + 0.32 * max(len(names), 1)))
     [axes] = drawing.panels(1)
     colours = [DARK] * len(given) + [GREY] * len(extra)
+    axes.set_axisbelow(True)
     axes.barh(names, 100.0 * values, color=colours, height=0.6)
     for i, share in enumerate(given.values()):
         if share.ci95 is not None:

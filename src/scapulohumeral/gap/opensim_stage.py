@@ -2,7 +2,8 @@
 
 ``python -m scapulohumeral.gap.opensim_stage FOLDER`` reads ``FOLDER/case/participant.yaml`` with
 its recordings and ``FOLDER/settings.json``, and writes ``model.json`` and ``samples.npz`` there,
-by the functions of the study. opensim and casadi cannot share a process.
+by the functions of the study. opensim and casadi cannot share a process. The trials that shape the
+model (fibre lengths, thorax surfaces) are named in the settings; muscles are sampled near all.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +40,10 @@ def build(folder: Path) -> None:
     settings = json.loads((folder / "settings.json").read_text(encoding="utf-8"))
     tables = read_tables(Path(settings["tables"]))
     participant = read_participant(folder, CASE)
-    model = participant_model(tables, participant, settings["masses"])
-    record = model_record(model, participant, tables, settings["masses"])
+    shaping = {name: participant.trial(name) for name in settings["shaping_trials"]}
+    shaper = replace(participant, trials=shaping)
+    model = participant_model(tables, shaper, settings["masses"])
+    record = model_record(model, shaper, tables, settings["masses"])
     set_masses(record["segments"], settings["segment_mass_kg"])
     (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 

@@ -4,8 +4,9 @@ The functions of the study make it, from the case instead of from ``config/parti
 are kept in a cache under the hash of all they are made from, so that repeating a diagnosis does
 not rebuild them.
 
-Muscle lengths are fitted over the poses of all trials. The thorax is fitted to reference trials
-alone, if there are any, so that an effect in the test trials does not move into the model.
+Muscle lengths are fitted over the poses of all trials. Thorax and fibre lengths follow from the
+reference trials alone, if there are any, so that an effect in the test trials does not move into
+the model.
 """
 
 from __future__ import annotations
@@ -184,6 +185,7 @@ def _inputs(case: Case, settings: ModelSettings) -> dict[str, Any]:
         "tables": str(settings.tables.resolve()),
         "masses": model.masses,
         "segment_mass_kg": dict(model.segment_mass_kg),
+        "shaping_trials": _shaping_trials(case),
         "geometry": dict(settings.geometry),
     }
     return {
@@ -191,6 +193,12 @@ def _inputs(case: Case, settings: ModelSettings) -> dict[str, Any]:
         f"{CASE}/participant.yaml": yaml.safe_dump(document),
         **{f"{CASE}/{name}.csv": text for name, text in motions.items()},
     }
+
+
+def _shaping_trials(case: Case) -> list[str]:
+    """Names of the trials that thorax and fibre lengths follow from."""
+    kind, trials = ("reference", case.reference) if case.reference else ("test", case.test)
+    return [f"{kind}{i}" for i in range(len(trials))]
 
 
 def _table(trial: GapTrial) -> str:
@@ -231,8 +239,7 @@ def _build(folder: Path, case: Case, inputs: Mapping[str, str], settings: ModelS
         ),
     )
     save_geometry(fit.geometry, folder / "geometry.npz")
-    kind, count = ("reference", len(case.reference)) if case.reference else ("test", len(case.test))
-    recordings = [folder / CASE / f"{kind}{i}.csv" for i in range(count)]
+    recordings = [folder / CASE / f"{name}.csv" for name in _shaping_trials(case)]
     fit_thorax(folder / "model.json", recordings, folder / "thorax.json")
     # Thirty megabytes that only the fit needed.
     (folder / "samples.npz").unlink()

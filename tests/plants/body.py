@@ -5,7 +5,7 @@ Letters: N simulations, P dynamics parameters, M muscles.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class ExtraTorques:
     Attributes
     ----------
     capsule_Nm : (N,) scale of an exponential glenohumeral torque beyond `capsule_onset_rad`
-    capsule_onset_rad : (N,) rotation of the humerus from its neutral pose at which it starts
+    capsule_onset_rad : (N,) elevation of the humerus against the scapula at which it starts
     elbow_spring_Nm_rad, elbow_rest_rad : (N,) spring across the elbow (splint)
     friction_Nm : (N,) Coulomb friction of the glenohumeral joint, smooth below 0.2 rad/s
     """
@@ -51,9 +51,8 @@ class Body:
     extra: ExtraTorques
 
 
-CAPSULE_RATE = 6.0  # 1/rad: stiffens e-fold every 10 deg, as end ranges do
+CAPSULE_RATE = 6.0  # 1/rad: stiffens e-fold every 10 deg
 FRICTION_SPEED = 0.2
-REST_ROTATION = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def no_extra_torques(count: int) -> ExtraTorques:
@@ -65,11 +64,14 @@ def no_extra_torques(count: int) -> ExtraTorques:
 def extra_torques(body: Body, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Torques (N, 10) of `Body.extra` on the speeds, for q (N, 13) and u (N, 10)."""
     extra, torque = body.extra, np.zeros_like(u)
-    vector = 2.0 * q[:, 9:12] * np.sign(q[:, 8:9])
-    angle = np.maximum(np.linalg.norm(vector, axis=1), 1e-9)
-    beyond = np.clip(angle - extra.capsule_onset_rad, 0.0, 0.6)
+    a, b, c, d = q[:, 8:12].T
+    # Upward axis of the scapula in the humerus: elevation turns it away from the humerus' own.
+    up = np.stack([2 * (b * c + a * d), a**2 - b**2 + c**2 - d**2, 2 * (c * d - a * b)], axis=1)
+    swing = np.stack([-up[:, 2], np.zeros_like(a), up[:, 0]], axis=1)
+    sine = np.maximum(np.linalg.norm(swing, axis=1), 1e-6)
+    beyond = np.clip(np.arctan2(sine, up[:, 1]) - extra.capsule_onset_rad, 0.0, 0.6)
     capsule = extra.capsule_Nm * np.expm1(CAPSULE_RATE * beyond)
-    torque[:, 6:9] -= (capsule / angle)[:, None] * vector
+    torque[:, 6:9] -= (capsule / sine)[:, None] * swing
     torque[:, 6:9] -= extra.friction_Nm[:, None] * np.tanh(u[:, 6:9] / FRICTION_SPEED)
     torque[:, 9] -= extra.elbow_spring_Nm_rad * (q[:, 12] - extra.elbow_rest_rad)
     return torque
@@ -95,7 +97,11 @@ def linearise(body: Body, q: np.ndarray, u: np.ndarray) -> Linearisation:
     slopes = _evaluate(body, "jacobian", z).reshape(len(q), z.shape[1], 13).transpose(0, 2, 1)
     load = skeleton_load(body, q, u)
     by_q = np.matmul(slopes[:, :10, :13], dynamics.rate_map(q))
-    return Linearisation(-slopes[:, :10, 23:33], load, slopes[:, :10, 13:23], by_q)
+    damping = slopes[:, :10, 13:23]
+    gh = np.arange(6, 9)
+    sliding = 1.0 - np.tanh(u[:, gh] / FRICTION_SPEED) ** 2
+    damping[:, gh, gh] -= body.extra.friction_Nm[:, None] / FRICTION_SPEED * sliding
+    return Linearisation(-slopes[:, :10, 23:33], load, damping, by_q)
 
 
 def skeleton_load(body: Body, q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -121,16 +127,6 @@ def rotate(q: np.ndarray, turn: np.ndarray) -> np.ndarray:
         q[:, 4 * joint : 4 * joint + 4] = new / np.linalg.norm(new, axis=1, keepdims=True)
     q[:, 12] += turn[:, 9]
     return q
-
-
-def repeat_body(body: Body, counts: np.ndarray) -> Body:
-    """Body of `counts[i]` simulations for each simulation i."""
-    index = np.repeat(np.arange(len(counts)), counts)
-
-    def take(part):
-        return replace(part, **{k: v[index] for k, v in vars(part).items()})
-
-    return Body(body.forces, body.parameters[index], take(body.muscles), take(body.extra))
 
 
 def _evaluate(body: Body, name: str, z: np.ndarray) -> np.ndarray:

@@ -18,14 +18,14 @@ import numpy as np
 from plants.allocation import Allocation, allocate
 from plants.body import Body, Linearisation, linearise, rotate
 from plants.muscles import (
-    active_force,
     activation_rate,
     activation_step,
+    active_force,
     fibre_step,
     passive_force,
     resting_fibres,
 )
-from plants.wish import Wish
+from plants.wish import Goal, Wish
 
 STEP_S = 0.002
 CONTROL_STEPS = 5
@@ -91,7 +91,7 @@ def simulate(body: Body, control: Control, wish: Wish) -> Trace:
     for tick in range(wish.count):
         length, arms = _lengths(body, state, first)
         line = linearise(body, state.q, state.u)
-        excitation = _decide(body, control, wish, tick, state, line, arms)
+        excitation = _decide(body, control, wish.at(tick), state, line, arms)
         poses.append(state.q.copy())
         excitations.append(excitation)
         reactions.append(_reaction(line, arms, state.force))
@@ -116,9 +116,7 @@ def _rest(body: Body, wish: Wish) -> _State:
     )
 
 
-def _lengths(
-    body: Body, state: _State, first: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray]:
+def _lengths(body: Body, state: _State, first: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Muscle-tendon lengths (N, M) and their slopes (N, M, 13), both with the arms' scale."""
     length, _ = body.forces.lengths(state.q, state.u)
     scale = body.muscles.arm_scale
@@ -163,8 +161,7 @@ def _advance(
 def _decide(
     body: Body,
     control: Control,
-    wish: Wish,
-    tick: int,
+    goal: Goal,
     state: _State,
     line: Linearisation,
     arms: np.ndarray,
@@ -172,7 +169,7 @@ def _decide(
     """Excitations (N, M) that bring the activations to the cheapest suitable ones in two steps."""
     unit = active_force(body.muscles, state.fibre, state.fibre_speed)
     resting = passive_force(body.muscles, state.fibre)
-    acceleration, impedance = _wishes(body, wish, tick, state)
+    acceleration, impedance = _wishes(body, goal, state)
     wished = np.einsum("nkl,nl->nk", line.mass, acceleration) + impedance
     torque = wished - line.load[:, :10] + np.einsum("nm,nmk->nk", resting, arms[:, :, :10])
     matrix = -(unit[..., None] * arms).transpose(0, 2, 1)
@@ -196,12 +193,12 @@ def _decide(
     return np.clip(needed, 0.0, 1.0)
 
 
-def _wishes(body: Body, wish: Wish, tick: int, state: _State) -> tuple[np.ndarray, np.ndarray]:
+def _wishes(body: Body, goal: Goal, state: _State) -> tuple[np.ndarray, np.ndarray]:
     """Wished accelerations of the speeds and torques of the girdle's impedance, each (N, 10)."""
     clavicle, scapula, humerus = np.moveaxis(body.forces.dynamics.pose_matrices(state.q), 1, 0)
     from_sc = np.matmul(humerus.transpose(0, 2, 1), clavicle)
     from_ac = np.matmul(humerus.transpose(0, 2, 1), scapula)
-    u, goal = state.u, wish.at(tick)
+    u = state.u
     carried = _apply(from_sc, u[:, :3]) + _apply(from_ac, u[:, 3:6])
     error = goal.errors(state.q)
     slip = goal.rate - np.hstack([u[:, :6], carried + u[:, 6:9], u[:, 9:]])

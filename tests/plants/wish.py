@@ -1,6 +1,6 @@
-"""The motion that a simulated person wants to make: recorded movement, varied from repeat to repeat.
+"""The motion that a simulated person wants to make, with its rates.
 
-Letters: S control steps, N simulations, T recorded frames.
+Letters: S control steps, N simulations.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Goal:
 
     def errors(self, q: np.ndarray) -> np.ndarray:
         """Rotations (N, 10) [rad] from poses (N, 13) to the wish, in child axes."""
-        humerus = _chain(q)
+        humerus = humerus_of(q)
         pairs = ((q[:, :4], self.pose[:, :4]), (q[:, 4:8], self.pose[:, 4:8]))
         turns = [_small_turn(a, b) for a, b in (*pairs, (humerus, self.humerus))]
         return np.hstack([*turns, self.pose[:, 12:] - q[:, 12:]])
@@ -53,21 +53,19 @@ class Wish:
 
     def at(self, tick: int) -> Goal:
         """Wish of one control step."""
-        return Goal(
-            self.pose[tick], self.humerus[tick], self.rate[tick], self.acceleration[tick]
-        )
+        return Goal(self.pose[tick], self.humerus[tick], self.rate[tick], self.acceleration[tick])
 
 
 def make_wish(pose: np.ndarray, step: float) -> Wish:
     """Wish from poses (S, N, 13) at a time step [s]."""
-    humerus = make_continuous(_chain(pose))
+    humerus = make_continuous(humerus_of(pose))
     parts = (pose[..., :4], pose[..., 4:8], humerus)
     elbow = np.gradient(pose[..., 12:], step, axis=0)
     rate = np.concatenate([*(_angular_velocity(p, step) for p in parts), elbow], axis=-1)
     return Wish(pose, humerus, rate, np.gradient(rate, step, axis=0))
 
 
-def _chain(q: np.ndarray) -> np.ndarray:
+def humerus_of(q: np.ndarray) -> np.ndarray:
     """Quaternion of the humerus in the thorax (..., 4) of poses (..., 13)."""
     scapula = quaternion_multiply(q[..., :4], q[..., 4:8])
     return quaternion_multiply(scapula, q[..., 8:12])

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scapulohumeral.gap.blind_cli import add_blind_commands
 from scapulohumeral.provenance import SOURCE_ROOT
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     gap = areas.add_parser("gap", help="the gap between recorded trials and the model")
     commands = gap.add_subparsers(required=True, metavar="COMMAND")
     _add_diagnose(commands)
+    add_blind_commands(commands)
     return parser
 
 

@@ -1,0 +1,254 @@
+"""How well each effect explains a difference: evidence, amplitudes, refits by solving again.
+
+The difference d has covariance C without effects. Effect k predicts m(x) of internal parameters x,
+with an error of its own: each channel of each task may be off by a common factor, and a little of
+everything anywhere (`signature_error`). Its log evidence integrates the Gaussian likelihood of d
+over the prior of x by Laplace's method. "None of these" are smooth generalised forces and smooth
+errors of EMG channels of unknown size: what the black box can explain, no effect has explained.
+
+Letters: D coefficients, P parameters, T tasks, K channels, N nodes, B phase functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+from scipy.stats import chi2, norm
+
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.model.rotations import Array
+
+# Share of the signature error that is spread over all channels, also those an effect leaves alone.
+SPREAD_SHARE = 0.3
+FIT_ROUNDS = 4
+BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """An effect, or a pair of them, linearised.
+
+    Attributes
+    ----------
+    effects : one, or the two of a pair
+    at : (P,) internal parameters of the linearisation
+    value : (D,) change predicted there; slope : (D, P) per unit
+    """
+
+    effects: tuple[Effect, ...]
+    at: Array
+    value: Array
+    slope: Array
+
+    @property
+    def label(self) -> str:
+        """Label in answers."""
+        return " + ".join(sorted(effect.label for effect in self.effects))
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper internal bounds (P,)."""
+        ends = np.array([p.bounds for effect in self.effects for p in effect.params])
+        return ends[:, 0], ends[:, 1]
+
+    @property
+    def prior_sd(self) -> Array:
+        """Prior spread of the internal parameters, (P,)."""
+        return np.array([p.prior_sd for effect in self.effects for p in effect.params])
+
+    def predict(self, x: Array) -> Array:
+        """Change (D,) at internal parameters (P,)."""
+        return self.value + self.slope @ (x - self.at)
+
+    def part(self, rows: np.ndarray) -> Hypothesis:
+        """The same for some coefficients."""
+        return replace(self, value=self.value[rows], slope=self.slope[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis fitted to a difference.
+
+    Attributes
+    ----------
+    hypothesis : that was fitted
+    x : (P,) internal parameters; covariance : (P, P) of them
+    log_evidence : log density of the difference, whitened
+    unexplained : share of the difference beyond the floor that remains
+    """
+
+    hypothesis: Hypothesis
+    x: Array
+    covariance: Array
+    log_evidence: float
+    unexplained: float
+
+    @property
+    def label(self) -> str:
+        """Label in answers."""
+        return self.hypothesis.label
+
+    @property
+    def predicted(self) -> Array:
+        """Change (D,) that the fit predicts."""
+        return self.hypothesis.predict(self.x)
+
+
+class SignatureError:
+    """Covariance I + E of a whitened residual, E the error of a predicted change.
+
+    Parameters
+    ----------
+    comparison : what is explained
+    predicted : (D,) predicted change
+    relative : error of each channel's predicted change, relative
+    """
+
+    def __init__(self, comparison: Comparison, predicted: Array, relative: float) -> None:
+        size = comparison.functions.shape[1]
+        blocks = predicted.reshape(-1, size)
+        columns = np.zeros((len(predicted), len(blocks)))
+        for i, block in enumerate(blocks):
+            columns[i * size : (i + 1) * size, i] = block
+        white = comparison.whiten(predicted)
+        self.floor = 1.0 + (SPREAD_SHARE * relative) ** 2 * float(white @ white) / len(white)
+        self.columns = relative * comparison.whiten(columns)
+        inner = self.floor * np.eye(len(blocks)) + self.columns.T @ self.columns
+        self._inner = np.linalg.inv(inner)
+        _, logdet = np.linalg.slogdet(inner)
+        self.logdet = float(logdet) + (len(white) - len(blocks)) * float(np.log(self.floor))
+
+    def solve(self, vectors: Array) -> Array:
+        """Inverse of I + E times vectors (D,) or (D, P)."""
+        inner = self.columns @ (self._inner @ (self.columns.T @ vectors))
+        return (vectors - inner) / self.floor
+
+    def log_density(self, residual: Array) -> float:
+        """Log density of a whitened residual (D,)."""
+        quadratic = float(residual @ self.solve(residual))
+        return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
+
+
+def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
+    """Most probable parameters inside their bounds, and evidence by Laplace's method."""
+    slope, white = comparison.whiten(hypothesis.slope), comparison.whiten(comparison.delta)
+    offset = comparison.whiten(hypothesis.value) - slope @ hypothesis.at
+    prior = np.diag(1.0 / hypothesis.prior_sd)
+    low, high = hypothesis.bounds
+    x = np.clip(hypothesis.at, low, high)
+    error = SignatureError(comparison, hypothesis.predict(x), 0.0)
+    for _ in range(FIT_ROUNDS):
+        x = _bounded(slope, white - offset, error, prior, (low, high))
+        error = SignatureError(comparison, hypothesis.predict(x), relative_error)
+    curvature = slope.T @ error.solve(slope) + prior.T @ prior
+    residual = white - offset - slope @ x
+    one_sided = np.sum((low >= 0.0) | (high <= 0.0))
+    log_prior = float(norm.logpdf(x, scale=hypothesis.prior_sd).sum()) + float(one_sided) * np.log(
+        2.0
+    )
+    _, logdet = np.linalg.slogdet(curvature)
+    log_evidence = (
+        error.log_density(residual)
+        + log_prior
+        + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
+    )
+    left, before = float(residual @ residual), float(white @ white)
+    beyond = max(before - len(white), 1e-9)
+    unexplained = max(left - len(white), 0.0) / beyond if before > len(white) else 1.0
+    return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, min(unexplained, 9.99))
+
+
+def _bounded(
+    slope: Array,
+    target: Array,
+    error: SignatureError,
+    prior: Array,
+    bounds: tuple[Array, Array],
+) -> Array:
+    """Least squares with a prior and bounds, residuals weighted by the signature error."""
+    normal = slope.T @ error.solve(slope) + prior.T @ prior
+    right = slope.T @ error.solve(target)
+    factor = np.linalg.cholesky(normal)
+    low, high = bounds
+    span = np.maximum(high - low, 1e-9)
+    solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
+    return np.clip(solved.x, low, high)
+
+
+def no_gap_evidence(comparison: Comparison) -> float:
+    """Log evidence of no difference at all."""
+    white = comparison.whiten(comparison.delta)
+    return -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
+
+
+def black_box_evidence(comparison: Comparison, columns: Array) -> float:
+    """Log evidence of smooth disturbances (D, S) of unknown common size, the best of a few sizes.
+
+    Averaged over the sizes, so that a better fit by a freer box is paid for.
+    """
+    white, columns = comparison.whiten(comparison.delta), comparison.whiten(columns)
+    values = []
+    for size in BLACK_BOX_SIZES:
+        covariance = np.eye(len(white)) + size**2 * columns @ columns.T
+        factor = np.linalg.cholesky(covariance)
+        scaled = np.linalg.solve(factor, white)
+        values.append(
+            -0.5 * (scaled @ scaled + len(white) * np.log(2.0 * np.pi))
+            - np.log(np.diag(factor)).sum()
+        )
+    return float(np.logaddexp.reduce(values) - np.log(len(values)))
+
+
+def task_agreement(
+    hypothesis: Hypothesis, comparison: Comparison, relative_error: float
+) -> tuple[float | None, list[tuple[str, float, float]]]:
+    """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
+
+    Returns
+    -------
+    p : None with one task
+    rows : task, internal primary amplitude and its standard error
+    """
+    rows = []
+    for task in comparison.tasks:
+        part = fit(
+            hypothesis.part(comparison.rows([task])), comparison.part([task]), relative_error
+        )
+        rows.append((task, float(part.x[0]), float(np.sqrt(part.covariance[0, 0]))))
+    if len(rows) < 2:
+        return None, rows
+    values, errors = np.array([row[1:] for row in rows]).T
+    weights = 1.0 / errors**2
+    mean = np.sum(weights * values) / weights.sum()
+    return float(chi2.sf(np.sum(weights * (values - mean) ** 2), len(rows) - 1)), rows
+
+
+def pair(first: Fit, second: Fit) -> Hypothesis:
+    """Both effects at once, their changes added."""
+    one, two = first.hypothesis, second.hypothesis
+    return Hypothesis(
+        effects=(*one.effects, *two.effects),
+        at=np.concatenate([one.at, two.at]),
+        value=one.value + two.value,
+        slope=np.hstack([one.slope, two.slope]),
+    )
+
+
+def distance(
+    fitted: Fit, other: Hypothesis, comparison: Comparison, relative_error: float
+) -> float:
+    """How far another hypothesis stays from what a fit predicts, in units of the noise."""
+    target = replace(comparison, delta=fitted.predicted)
+    closest = fit(other, target, 0.0)
+    remaining = comparison.whiten(fitted.predicted - closest.predicted)
+    error = SignatureError(comparison, fitted.predicted, relative_error)
+    return float(np.sqrt(remaining @ error.solve(remaining)))
+
+
+def strongest(fits: Sequence[Fit], priors: dict[str, float], count: int) -> list[Fit]:
+    """The fits with most evidence and prior, the best first."""
+    return sorted(fits, key=lambda f: -(f.log_evidence + np.log(priors[f.label])))[:count]

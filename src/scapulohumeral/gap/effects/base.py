@@ -1,0 +1,203 @@
+"""What an effect is, and the two things it can change: the body model, or what is recorded of it.
+
+Letters: N nodes, I = N - 1 intervals, M muscle elements, C EMG channels, P parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.rotations import Array
+
+JOINTS = ("SC", "AC", "GH", "EL")
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class Param:
+    """One amplitude of an effect.
+
+    Attributes
+    ----------
+    name, unit : as in answers; unit "1" for pure numbers
+    off : value at which the effect is absent
+    low, high : bounds
+    typical : a value that matters clinically; sets the reference size of the effect
+    prior_sd : spread on the internal scale, see :meth:`internal`
+    source : where bounds and spread come from
+    transform : "lin", or "log" for factors
+    """
+
+    name: str
+    unit: str
+    off: float
+    low: float
+    high: float
+    typical: float
+    prior_sd: float
+    source: str
+    transform: Literal["lin", "log"] = "lin"
+
+    def __post_init__(self) -> None:
+        """Refuse bounds that exclude the nominal model, and bounds without a source."""
+        if not self.low <= self.off <= self.high or not self.source:
+            raise ConfigError(
+                f"parameter {self.name}: off {self.off}, bounds {self.low} to {self.high}, source "
+                f"'{self.source}'; expected off inside the bounds, and a source"
+            )
+
+    def internal(self, value: float) -> float:
+        """Scale on which amplitudes are fitted: 0 is off; logarithms of factors."""
+        if self.transform == "log":
+            return float(np.log(value / self.off))
+        return value - self.off
+
+    def physical(self, internal: float) -> float:
+        """Inverse of :meth:`internal`."""
+        if self.transform == "log":
+            return float(self.off * np.exp(internal))
+        return self.off + internal
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Bounds on the internal scale."""
+        return self.internal(self.low), self.internal(self.high)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What a tracking problem is made of, apart from the motion to track.
+
+    Attributes
+    ----------
+    muscles : muscle parameters; tendon slack lengths may be (I, M), one row per mesh interval
+    parameters : blocks of the dynamics parameters by name
+    glenoid_rad : (2,) inferior inclination and anterior version
+    effort : (M,) cost of each muscle's squared excitation over that of its squared activation
+    floor, cap : (M,) bounds of activations and excitations
+    groups : (M,) anatomical group of each element; crossing : (M, 4) joints that it crosses
+    tendon_load : (I, M) nominal tension over maximal isometric force, at mesh midpoints
+    """
+
+    muscles: MuscleParameters
+    parameters: Mapping[str, Array]
+    glenoid_rad: Array
+    effort: Array
+    floor: Array
+    cap: Array
+    groups: np.ndarray
+    crossing: np.ndarray
+    tendon_load: Array
+
+    def chosen(self, member: str | None) -> np.ndarray:
+        """Elements of a muscle group, of all for ``"all"``: (M,) bool."""
+        return np.full(len(self.groups), True) if member == ALL else self.groups == member
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What is recorded of one movement, at equal steps of phase.
+
+    Attributes
+    ----------
+    duration_s : of the movement
+    pose : (N, 13) joint quaternions and elbow angle
+    emg : (N, C), channels as `channels`; contact_N : (N, 3) force of the humerus on the glenoid,
+        scapula axes. Both None where not recorded
+    """
+
+    duration_s: float
+    pose: Array
+    channels: tuple[str, ...]
+    emg: Array | None
+    contact_N: Array | None
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the members of the families are: muscle groups and recorded channels.
+
+    Attributes
+    ----------
+    groups : muscle groups that move the shoulder
+    channels : recorded EMG channels
+    neighbours : pairs of channels between which cross-talk is considered
+    contact : whether the joint force is recorded
+    """
+
+    groups: tuple[str, ...]
+    channels: tuple[str, ...]
+    neighbours: tuple[tuple[str, str], ...]
+    contact: bool
+
+    @property
+    def observables(self) -> frozenset[str]:
+        """Kinds of observables that are recorded."""
+        return frozenset(
+            kind
+            for kind, present in (
+                ("kinematics", True),
+                ("emg", bool(self.channels)),
+                ("contact_force", self.contact),
+            )
+            if present
+        )
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One unmodelled effect. Families derive from it and change either the body or the record.
+
+    Attributes
+    ----------
+    side : "body", "control", "input" or "measurement"
+    family : name of the family; member : muscle group, joint, segment or channel, or None
+    params : the first is the primary amplitude
+    needs : kinds of observables without which it cannot be seen
+    mimics : families easily taken for it; splitting : trial or sensor that tells them apart
+    """
+
+    side: str
+    family: str
+    member: str | None
+    params: tuple[Param, ...]
+    needs: frozenset[str]
+    mimics: tuple[str, ...]
+    splitting: str
+
+    @property
+    def label(self) -> str:
+        """Name in answers, ``side/family[/member]``."""
+        return "/".join(filter(None, (self.side, self.family, self.member)))
+
+    @property
+    def off(self) -> Array:
+        """Values (P,) at which the effect is absent."""
+        return np.array([param.off for param in self.params])
+
+    @property
+    def changes_body(self) -> bool:
+        """Whether the effect needs another optimal solution, or only another record of it."""
+        return type(self).apply is not Effect.apply
+
+    def physical(self, internal: Array) -> Array:
+        """Values (P,) from the internal scale (P,)."""
+        return np.array([p.physical(x) for p, x in zip(self.params, internal, strict=True)])
+
+    def apply(self, body: Body, values: Array) -> Body:
+        """The body with the effect of values (P,)."""
+        return body
+
+    def observe(self, observed: Observed, values: Array) -> Observed:
+        """What is recorded with the effect of values (P,)."""
+        return observed
+
+
+KINEMATICS = frozenset({"kinematics"})
+EMG = frozenset({"emg"})

@@ -1,0 +1,48 @@
+"""EMG normalised by a maximum that was too small or too large."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scapulohumeral.gap.effects.base import ALL, EMG, Effect, Observed, Param, Setup
+from scapulohumeral.model.rotations import Array
+
+PARAMS = (
+    Param(
+        "gain_factor",
+        "1",
+        1.0,
+        0.3,
+        3.0,
+        1.6,
+        0.5,
+        "normalised EMG up to threefold by the choice of contraction (Burden 2010, J "
+        "Electromyogr Kinesiol 20: 1023-1035)",
+        "log",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class EmgGain(Effect):
+    """One channel, or all of them, times a factor."""
+
+    def observe(self, observed: Observed, values: Array) -> Observed:
+        """Scale the channels; without EMG nothing changes."""
+        if observed.emg is None:
+            return observed
+        chosen = np.array([self.member in (name, ALL) for name in observed.channels])
+        return replace(observed, emg=observed.emg * np.where(chosen, values[0], 1.0))
+
+
+def members(setup: Setup) -> tuple[Effect, ...]:
+    """Every channel, and all together."""
+    return tuple(
+        EmgGain(
+            "measurement", "emg_gain", name, PARAMS, EMG, ("strength_loss", "co_contraction"),
+            "maximal contractions again, with the same electrodes",
+        )
+        for name in (*setup.channels, ALL)
+    )  # fmt: skip

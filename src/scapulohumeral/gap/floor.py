@@ -1,0 +1,253 @@
+"""What repeats of one person cannot agree on, and the difference to explain on that scale.
+
+Curves are kept as coefficients of smooth phase functions, because errors between trials are smooth
+too: the unit of evidence is the trial, never the sample. Their covariance is that between repeats,
+shrunk toward a prior, plus what changes between two recordings of one person without a cause, plus,
+without reference trials, the error of the model itself.
+
+Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import block_diag, solve_triangular
+
+from scapulohumeral import provenance
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.observe import channel_kind
+from scapulohumeral.gap.settings import GapSettings, ModelSpread, NoisePrior
+from scapulohumeral.gap.signatures import Response
+from scapulohumeral.model.rotations import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Covariance of one trial about the mean of its task.
+
+    Attributes
+    ----------
+    covariance : (K B, K B), channel by channel
+    degrees : degrees of freedom of the repeats behind it; 0 if there are none
+    """
+
+    covariance: Array
+    degrees: int
+
+    @property
+    def source(self) -> str:
+        """Where it comes from: "repeats", or "bank" for prior knowledge alone."""
+        return "repeats" if self.degrees > 0 else "bank"
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A difference to explain, and its covariance without any effect.
+
+    Attributes
+    ----------
+    delta : (D,) test minus reference, or recorded minus predicted
+    covariance : (D, D)
+    functions : (N, B) phase functions
+    tasks : (T,) names; channels : (K,) names
+    degrees : of the noise
+    """
+
+    delta: Array
+    covariance: Array
+    functions: Array
+    tasks: tuple[str, ...]
+    channels: tuple[str, ...]
+    degrees: int
+
+    @cached_property
+    def _factor(self) -> Array:
+        return np.linalg.cholesky(self.covariance)
+
+    def whiten(self, vectors: Array) -> Array:
+        """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
+        return solve_triangular(self._factor, vectors, lower=True)
+
+    def compress(self, curves: Sequence[Array]) -> Array:
+        """Curves (..., N, K) of each task as coefficients (D, ...)."""
+        return compress(curves, self.functions)
+
+    def curves(self, vector: Array) -> Array:
+        """Curves (T, N, K) of coefficients (D,)."""
+        shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
+        return np.einsum("nb,tkb->tnk", self.functions, vector.reshape(shape))
+
+    @cached_property
+    def spread(self) -> Array:
+        """Standard deviations (T, N, K) of the curves."""
+        count = len(self.tasks) * len(self.channels)
+        size = self.functions.shape[1]
+        blocks = [
+            self.covariance[i * size : (i + 1) * size, i * size : (i + 1) * size]
+            for i in range(count)
+        ]
+        variance = np.einsum("nb,ibc,nc->in", self.functions, np.array(blocks), self.functions)
+        shaped = variance.reshape(len(self.tasks), len(self.channels), -1)
+        return np.sqrt(shaped).transpose(0, 2, 1)
+
+    def part(self, tasks: Sequence[str]) -> Comparison:
+        """The same for some of the tasks."""
+        rows = self.rows(tasks)
+        kept = tuple(task for task in self.tasks if task in tasks)
+        return Comparison(
+            self.delta[rows],
+            self.covariance[np.ix_(rows, rows)],
+            self.functions,
+            kept,
+            self.channels,
+            self.degrees,
+        )
+
+    def rows(self, tasks: Sequence[str]) -> np.ndarray:
+        """Positions in (D,) that belong to some of the tasks."""
+        size = len(self.channels) * self.functions.shape[1]
+        starts = [i * size for i, task in enumerate(self.tasks) if task in tasks]
+        return np.concatenate([start + np.arange(size) for start in starts])
+
+
+def compress(curves: Sequence[Array], functions: Array) -> Array:
+    """Coefficients (D, ...) of curves (..., N, K), one array per task."""
+    parts = []
+    for curve in curves:
+        coefficients = np.einsum("nb,...nk->kb...", functions, curve)
+        parts.append(coefficients.reshape(-1, *curve.shape[:-2]))
+    return np.concatenate(parts)
+
+
+def trial_noise(
+    groups: Sequence[Array], channels: Sequence[str], functions: Array, prior: NoisePrior
+) -> Noise:
+    """Covariance between repeats.
+
+    Parameters
+    ----------
+    groups : curves (L, N, K) of the repeats of one task and side, one array per group
+    channels : (K,) names; functions : (N, B)
+    prior : knowledge that stands in for repeats that are not there
+
+    Notes
+    -----
+    The variance of each channel and the spectrum of each kind of channel are pooled over all
+    groups. Half of the weight that the repeats deserve goes to their full covariance, so that what
+    varies together counts once.
+    """
+    residuals = [
+        compress([group - group.mean(axis=0)], functions).T for group in groups if len(group) > 1
+    ]
+    degrees = sum(len(group) - 1 for group in groups)
+    size = functions.shape[1]
+    prior_variance = _variances(channels, vars(prior), functions)
+    if not degrees:
+        return Noise(np.diag(prior_variance.ravel()), 0)
+    sample = sum(r.T @ r for r in residuals) / degrees
+    own = np.diag(sample).reshape(-1, size)
+    weight = degrees / (degrees + prior.repeats)
+    kinds = np.array([channel_kind(name) for name in channels])
+    total = weight * own.sum(axis=1) + (1.0 - weight) * prior_variance.sum(axis=1)
+    spectrum = np.zeros_like(own)
+    for kind in set(kinds):
+        shares = own[kinds == kind] / np.maximum(
+            own[kinds == kind].sum(axis=1, keepdims=True), 1e-12
+        )
+        expected = (
+            prior_variance[kinds == kind] / prior_variance[kinds == kind].sum(axis=1)[:, None]
+        )
+        spectrum[kinds == kind] = weight * shares.mean(axis=0) + (1.0 - weight) * expected
+    target = np.diag((total[:, None] * spectrum).ravel())
+    return Noise(0.5 * weight * sample + (1.0 - 0.5 * weight) * target, degrees)
+
+
+def _shares(variance: Array) -> Array:
+    """Rows of variances (K, B) divided by their sums."""
+    return variance / np.maximum(variance.sum(axis=1, keepdims=True), 1e-12)
+
+
+def _variances(channels: Sequence[str], spread: dict[str, float], functions: Array) -> Array:
+    """Variances (K, B) of coefficients of smooth curves with given standard deviations."""
+    names = {"kinematics": "kinematics_deg", "emg": "emg", "contact_force": "contact_N"}
+    shape = 1.0 / (1.0 + np.arange(functions.shape[1])) ** 2
+    level = np.array([spread[names[channel_kind(name)]] for name in channels]) ** 2
+    return len(functions) * level[:, None] * shape / shape.sum()
+
+
+def total_covariance(
+    noise: Noise,
+    weights: Sequence[float],
+    responses: Sequence[Response],
+    functions: Array,
+    model: tuple[ModelSpread, Sequence[str]] | None,
+) -> Array:
+    """Covariance (D, D) of a difference without any effect.
+
+    Parameters
+    ----------
+    noise : of one trial
+    weights : (T,) of it in each task: 1 / n_test + 1 / n_reference
+    responses : of the tasks, with nuisances
+    functions : (N, B)
+    model : spread of the model's own error and names of the channels; None with reference trials
+    """
+    total = block_diag(*(weight * noise.covariance for weight in weights))
+    posture = [compress([response.posture], functions) for response in responses]
+    total += block_diag(*(columns @ columns.T for columns in posture))
+    session = compress([response.session for response in responses], functions)
+    total += session @ session.T
+    if model is not None:
+        spread, channels = model
+        total += np.diag(
+            np.tile(_variances(channels, vars(spread), functions).ravel(), len(weights))
+        )
+    return total
+
+
+@dataclass(frozen=True)
+class NullBank:
+    """Thresholds measured on effect-free cases.
+
+    Attributes
+    ----------
+    hash : of the code and settings that it was built with
+    inflation : by mode ("reference" or "no_reference"), factor on simulated thresholds
+    temperature : by mode, calibrated on open cases
+    """
+
+    hash: str
+    inflation: dict[str, float]
+    temperature: dict[str, float]
+
+
+def bank_hash(settings: GapSettings) -> str:
+    """Hash of what thresholds depend on: the code of the diagnosis and its settings."""
+    code = provenance.code_hash("scapulohumeral.gap.attribute")
+    return hashlib.sha256((code + repr(settings)).encode()).hexdigest()
+
+
+def read_bank(path: Path, settings: GapSettings) -> tuple[NullBank | None, str]:
+    """The null bank and, if there is none that fits, the reason.
+
+    Raises
+    ------
+    ConfigError                      the file is no bank
+    """
+    if not path.is_file():
+        return None, "no null bank of effect-free cases"
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        bank = NullBank(document["hash"], document["inflation"], document["temperature"])
+    except (ValueError, KeyError) as error:
+        raise ConfigError(f"{path}: {error}; expected a null bank. Build it again.") from error
+    if bank.hash != bank_hash(settings):
+        return None, "the null bank was built with other code or settings"
+    return bank, ""

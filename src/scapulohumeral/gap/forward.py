@@ -1,0 +1,214 @@
+"""The nominal model of one movement, with effects: an optimal control problem and its solutions.
+
+The recorded motion is tracked with the weights of the study; effects change the body (`Body`),
+never the motion to track. Solutions carry a small barrier (`BARRIER`), so that they depend smoothly
+on all parameters and change in few iterations.
+
+Letters: N nodes, M muscle elements, n unknowns, m constraints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from scapulohumeral.dynamics.hill import force_derivatives
+from scapulohumeral.dynamics.muscle_forces import MuscleForces
+from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.effects.base import JOINTS, Body, Observed
+from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.model.rotations import pose_to_trial
+from scapulohumeral.ocp import initial_guess
+from scapulohumeral.ocp.cost_terms import pose_errors
+from scapulohumeral.ocp.emg_term import EmgTerm
+from scapulohumeral.ocp.objective import Objective, Trajectory, Weights
+from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.sensitivity import Variant, variant
+from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.transcription import muscle_patterns
+
+BARRIER = 1e-5
+TOLERANCE = 1e-6
+# Share of the effort that counts excitations instead of activations, for all muscles: without it
+# the cost of a single muscle's effort could not be varied to both sides of the nominal one.
+EXCITATION_EFFORT = 0.01
+# Rows of the equations that belong to each joint.
+JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
+
+
+class BodyProblem(Problem):
+    """An optimal control problem with own bounds of the activations of each muscle."""
+
+    def __init__(
+        self, forces: MuscleForces, body: Body, objective: Objective, hessian: str
+    ) -> None:
+        self.body = body
+        super().__init__(forces, body.muscles, pack(body.parameters), objective, hessian)
+
+    def _generate_bound_arrays(self) -> None:
+        super()._generate_bound_arrays()
+        for kind in ("a", "e"):
+            index = self.layout.index(kind, np.arange(self.layout.muscles), np.arange(1))
+            index = index[:, :1] + np.arange(self.layout.nodes)
+            self.lower_bound[index] = self.body.floor[:, None]
+            self.upper_bound[index] = self.body.cap[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """The tracking problem of one movement.
+
+    Attributes
+    ----------
+    forces : equations and muscle geometry
+    body : nominal body
+    objective : objective with the nominal glenoid and without effort of its own
+    angles_rad : (N, 10) motion to track
+    """
+
+    forces: MuscleForces
+    body: Body
+    objective: Objective
+    angles_rad: np.ndarray
+
+    def problem(self, body: Body, hessian: str = "exact") -> BodyProblem:
+        """The problem with another body."""
+        return BodyProblem(self.forces, body, self._objective(body), hessian)
+
+    def variant(self, body: Body) -> Variant:
+        """The same for derivatives, without opty's set-up."""
+        nominal, plain = self._nominal, self._nominal_problem
+        lower, upper = nominal.lower.copy(), nominal.upper.copy()
+        for kind in ("a", "e"):
+            nodes = np.arange(plain.layout.nodes)
+            index = plain.layout.index(kind, np.arange(plain.layout.muscles)[:, None], nodes)
+            index = index.reshape(plain.layout.muscles, -1)
+            lower[index], upper[index] = body.floor[:, None], body.cap[:, None]
+        collocation = replace(
+            nominal.collocation, muscles=body.muscles, parameters=pack(body.parameters)
+        )
+        return Variant(collocation, self._objective(body), lower, upper)
+
+    def with_reference(self, angles_rad: np.ndarray) -> Objective:
+        """The objective that tracks another motion, (N, 10) [rad]."""
+        distance = float(self.objective.reference[0, 0])
+        reference = self.objective.errors.reference(angles_rad, distance)
+        return replace(self._objective(self.body), reference=reference)
+
+    @cached_property
+    def _nominal_problem(self) -> BodyProblem:
+        return self.problem(self.body)
+
+    @cached_property
+    def _nominal(self) -> Variant:
+        return variant(self._nominal_problem)
+
+    def _objective(self, body: Body) -> Objective:
+        nodes = len(self.objective.reference)
+        effort = EmgTerm(
+            np.diag(np.sqrt(body.effort)), np.zeros((nodes, len(body.effort))), np.ones(nodes)
+        )
+        inclination, version = body.glenoid_rad
+        return replace(self.objective, glenoid=(inclination, version), emg=effort)
+
+    def cold_start(self) -> Start:
+        """Start near the motion to track."""
+        guess = initial_guess.from_motion(
+            self.forces,
+            self.body.muscles,
+            pack(self.body.parameters),
+            self.angles_rad,
+            self.objective.step,
+        )
+        low, high = self.body.floor + 1e-3, self.body.cap - 1e-3
+        guess = replace(guess, a=np.clip(guess.a, low, high), e=np.clip(guess.e, low, high))
+        return Start(self._nominal_problem.layout.join(guess))
+
+    def solved(self, body: Body, start: Start, iterations: int) -> Start:
+        """Solution for a body.
+
+        Raises
+        ------
+        SolveError                   IPOPT did not reach its tolerance
+        """
+        settings = SolverSettings(
+            tolerance=TOLERANCE, barrier_target=BARRIER, max_iterations=iterations
+        )
+        result = solve(lambda hessian: self.problem(body, hessian), start, settings)
+        if not result.optimal:
+            raise SolveError(
+                f"movement of {self.objective.step * (len(self.angles_rad) - 1):.2f} s: "
+                f"{result.message} after {result.iterations} iterations, violation "
+                f"{result.constraint_violation:.1e}; expected a solution. Check the recording, or "
+                "raise gap.iterations."
+            )
+        return result.point
+
+    def trajectory(self, point: Start) -> Trajectory:
+        """Trajectories of a solution."""
+        return self._nominal_problem.trajectory(point.free)
+
+
+def movement(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Movement:
+    """The tracking problem of a recorded movement with the nominal body of a participant."""
+    angles = pose_to_trial(observed.pose)
+    errors = pose_errors(model.forces.dynamics.name)
+    w = settings.weights
+    weights = Weights(
+        trajectory=w["trajectory_quaternion"],
+        activation=w["activation"] * (1.0 - EXCITATION_EFFORT),
+        stability=w["stability"],
+        regularisation=w["regularisation"],
+        excitation_rate=w["excitation_rate"],
+        quaternion_norm=w["quaternion_norm"],
+        emg=w["activation"],
+    )
+    body = nominal_body(model, len(angles))
+    objective = Objective(
+        errors=errors,
+        reference=errors.reference(angles, w["clavicle_point_m"]),
+        weights=weights,
+        step=observed.duration_s / (len(angles) - 1),
+        glenoid=(float(body.glenoid_rad[0]), float(body.glenoid_rad[1])),
+        activity=np.ones(len(angles)),
+        emg=EmgTerm(
+            np.zeros((1, len(body.effort))), np.zeros((len(angles), 1)), np.ones(len(angles))
+        ),
+    )
+    return Movement(model.forces, body, objective, angles)
+
+
+def nominal_body(model: ParticipantModel, nodes: int) -> Body:
+    """The body without effects."""
+    record, count = model.record, len(model.muscles.names)
+    glenoid = record["constants"]["glenoid"]
+    _, equations = muscle_patterns(model.forces)
+    crossing = np.stack([equations[JOINT_ROWS[joint]].any(axis=0) for joint in JOINTS], axis=1)
+    return Body(
+        muscles=model.muscles,
+        parameters=unpack(dynamics_parameters(record, model.thorax, 0.0)),
+        glenoid_rad=np.deg2rad(
+            [glenoid["inferior_inclination_deg"], glenoid["anterior_version_deg"]]
+        ),
+        effort=np.full(count, EXCITATION_EFFORT),
+        floor=np.zeros(count),
+        cap=np.ones(count),
+        groups=np.array([muscle["group"] for muscle in record["muscles"]]),
+        crossing=crossing,
+        tendon_load=np.zeros((nodes - 1, count)),
+    )
+
+
+def with_tendon_load(move: Movement, point: Start) -> Movement:
+    """The movement whose nominal body knows the tension of its muscles in a solution."""
+    x = move.trajectory(point)
+    q, u, a = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a))
+    muscles = move.body.muscles
+    force = force_derivatives(*move.forces.lengths(q, u), muscles)
+    load = (force.active * a + force.passive) / muscles.max_isometric_force
+    return replace(move, body=replace(move.body, tendon_load=load))

@@ -1,0 +1,60 @@
+"""All effects that a diagnosis considers. To add one: write its module, add it here, test it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from scapulohumeral.gap.effects import (
+    co_contraction,
+    emd,
+    emg_crosstalk,
+    emg_gain,
+    fibre_length,
+    frame_misalignment,
+    glenoid_orientation,
+    hand_load,
+    joint_damping,
+    pain_inhibition,
+    passive_gh,
+    scapula_sta,
+    segment_mass,
+    st_contact,
+    strength_loss,
+    tendon_compliance,
+    thorax_tilt,
+)
+from scapulohumeral.gap.effects.base import Effect, Setup
+
+FAMILIES = (
+    hand_load,
+    segment_mass,
+    strength_loss,
+    fibre_length,
+    tendon_compliance,
+    passive_gh,
+    joint_damping,
+    st_contact,
+    glenoid_orientation,
+    co_contraction,
+    pain_inhibition,
+    thorax_tilt,
+    frame_misalignment,
+    scapula_sta,
+    emg_gain,
+    emg_crosstalk,
+    emd,
+)
+# Labels of families whose members exist only with the channels that a case lacks.
+EMG_FAMILIES = ("measurement/emd", "measurement/emg_crosstalk", "measurement/emg_gain")
+
+
+def library(setup: Setup) -> tuple[Effect, ...]:
+    """All effects that the recorded observables can show, in a fixed order."""
+    every = (effect for family in FAMILIES for effect in family.members(setup))
+    return tuple(effect for effect in every if effect.needs <= setup.observables)
+
+
+def untestable(effects: Iterable[Effect]) -> tuple[str, ...]:
+    """Labels of the families of measurement that the recorded observables cannot show."""
+    present = {f"{effect.side}/{effect.family}" for effect in effects}
+    return tuple(label for label in EMG_FAMILIES if label not in present)

@@ -1,0 +1,244 @@
+"""How each effect would change what is recorded: derivatives at the nominal solution of a task.
+
+One factorisation of the KKT matrix gives the change by every parameter of every effect, by the
+posture that was intended, and by generalised forces that no effect of the library makes (slack).
+Effects of measurement act on the recorded reference itself, which is free of model error.
+
+Letters: N nodes, K channels, P parameters, R nuisances, S = 10 x F slack forces (F functions of
+phase for each degree of freedom).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scapulohumeral.gap.effects.base import Body, Effect, Observed
+from scapulohumeral.gap.effects.emd import PARAMS as DELAY
+from scapulohumeral.gap.effects.emd import Emd
+from scapulohumeral.gap.effects.frames import turn_frame
+from scapulohumeral.gap.forward import Movement, movement, with_tendon_load
+from scapulohumeral.gap.observe import difference, phase_functions, predicted
+from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.model.rotations import (
+    Array,
+    pose_to_trial,
+    quaternion_multiply,
+    rotation_vector_to_quaternion,
+    trial_to_pose,
+)
+from scapulohumeral.ocp.kkt import KktSystem, assemble_kkt
+from scapulohumeral.ocp.sensitivity import condition_derivatives, sensitivity
+from scapulohumeral.ocp.solver import Start
+
+# Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
+SMOOTH = 4
+FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
+# Differences of smooth functions of order one.
+STEP = 1e-4
+DOF = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Recorder:
+    """What is recorded of solutions.
+
+    Attributes
+    ----------
+    channels : EMG channels; electrodes : (C, M) elements that they average
+    contact : whether the joint force is recorded
+    """
+
+    channels: tuple[str, ...]
+    electrodes: Array
+    contact: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Nominal solution of one task and its derivatives.
+
+    Attributes
+    ----------
+    task : name
+    anchor : mean record to which all changes are relative; nominal : the model's prediction of it
+    point : nominal solution
+    effects : (P, N, K) change per unit of each effect's internal parameters
+    posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
+        that was intended in this task, and of markers and electrodes, common to all tasks
+    slack : (10, F, N, K) change per N m of each smooth generalised force
+    """
+
+    task: str
+    anchor: Observed
+    nominal: Observed
+    point: Start
+    effects: tuple[Array, ...]
+    posture: Array
+    session: Array
+    slack: Array
+
+
+def respond(
+    task: str,
+    anchor: Observed,
+    model: ParticipantModel,
+    effects: Sequence[Effect],
+    recorder: Recorder,
+    settings: GapSettings,
+) -> Response:
+    """Solve the nominal movement of a task and differentiate it.
+
+    Raises
+    ------
+    SolveError                       the movement cannot be solved, or its KKT matrix is singular
+    """
+    move = movement(model, anchor, settings)
+    point = move.solved(move.body, move.cold_start(), settings.iterations)
+    move = with_tendon_load(move, point)
+    local = Linearised(move, move.body, point, anchor.duration_s, recorder)
+    return Response(
+        task=task,
+        anchor=anchor,
+        nominal=local.observed,
+        point=point,
+        effects=tuple(_signature(local, effect, effect.off, anchor) for effect in effects),
+        posture=settings.session.posture_deg * local.posture(),
+        session=session_changes(anchor, settings),
+        slack=local.slack(),
+    )
+
+
+class Linearised:
+    """A solution with its KKT matrix, ready to be differentiated.
+
+    Parameters
+    ----------
+    move : movement; body : of the solution; point : solution
+    duration_s : of the movement; recorder : what is recorded
+    """
+
+    def __init__(
+        self, move: Movement, body: Body, point: Start, duration_s: float, recorder: Recorder
+    ) -> None:
+        self.move, self.body, self.point = move, body, point
+        self.duration_s, self.recorder = duration_s, recorder
+        self.problem = move.problem(body)
+        self.kkt: KktSystem = assemble_kkt(self.problem, point)
+        self.observed = self._record(point.free)
+
+    def by_effect(self, effect: Effect, internal: Array) -> Array:
+        """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
+
+        def variant_of(x: Array):
+            return self.move.variant(effect.apply(self.move.body, effect.physical(x)))
+
+        return self._through(condition_derivatives(self.kkt, self.point, variant_of, internal))
+
+    def posture(self) -> Array:
+        """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
+        nodes = len(self.move.angles_rad)
+        shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
+        columns = [
+            self._reference_derivative(dof, shape) for dof in range(DOF) for shape in shapes.T
+        ]
+        return self._through(np.stack(columns, axis=1))
+
+    def slack(self) -> Array:
+        """Change (10, SMOOTH, N, K) per N m of smooth generalised forces."""
+        intervals = len(self.move.angles_rad) - 1
+        shapes = phase_functions(intervals, SMOOTH) * np.sqrt(intervals)
+        right = np.zeros((self.kkt.factors.order, DOF, SMOOTH))
+        first = self.kkt.unknowns + self.problem.layout.coordinates * intervals
+        for dof in range(DOF):
+            rows = first + dof * intervals + np.arange(intervals)
+            right[rows, dof] = shapes
+        changes = self._through(right.reshape(len(right), -1))
+        return changes.reshape(DOF, SMOOTH, *changes.shape[1:])
+
+    def _reference_derivative(self, dof: int, shape: Array) -> Array:
+        """Derivative (n + m,) of the optimality conditions by one degree of posture."""
+        x = self.problem.trajectory(self.point.free)
+        gradients = []
+        for sign in (1.0, -1.0):
+            angles = _moved(self.move.angles_rad, dof, np.deg2rad(sign * STEP) * shape)
+            objective = self.move.with_reference(angles)
+            gradients.append(self.problem.layout.join(objective.gradient(x)))
+        column = np.zeros(self.kkt.factors.order)
+        column[: self.kkt.unknowns] = (gradients[0] - gradients[1]) / (2.0 * STEP)
+        return column
+
+    def _through(self, conditions: Array) -> Array:
+        """Changes of the record (P, N, K) of derivatives (n + m, P) of the conditions."""
+        moved = sensitivity(self.kkt, conditions).free
+        return np.stack([self._change(direction) for direction in moved.T])
+
+    def _change(self, direction: Array) -> Array:
+        step = STEP / max(float(np.abs(direction).max()), 1e-12)
+        ahead, behind = (
+            self._record(self.point.free + sign * step * direction) for sign in (1.0, -1.0)
+        )
+        return difference(ahead, behind) / (2.0 * step)
+
+    def _record(self, free: Array) -> Observed:
+        r = self.recorder
+        x = self.problem.trajectory(free)
+        return predicted(x, self.duration_s, r.channels, r.electrodes, r.contact)
+
+
+def _moved(angles: Array, dof: int, by_rad: Array) -> Array:
+    """Joint angles (N, 10) with one joint turned about one of its distal axes by (N,) rad."""
+    pose = trial_to_pose(angles)
+    if dof == DOF - 1:
+        pose[:, 12] += by_rad
+    else:
+        part = slice(4 * (dof // 3), 4 * (dof // 3) + 4)
+        turn = rotation_vector_to_quaternion(by_rad[:, None] * np.eye(3)[dof % 3])
+        pose[:, part] = quaternion_multiply(pose[:, part], turn)
+    return pose_to_trial(pose)
+
+
+def _signature(local: Linearised, effect: Effect, values: Array, anchor: Observed) -> Array:
+    internal = np.array([p.internal(v) for p, v in zip(effect.params, values, strict=True)])
+    if effect.changes_body:
+        return local.by_effect(effect, internal)
+    return record_derivative(effect, internal, anchor)
+
+
+def record_derivative(effect: Effect, internal: Array, anchor: Observed) -> Array:
+    """Change (P, N, K) of a record per unit of an effect on the measurement."""
+    columns = []
+    for shift in STEP * np.eye(len(internal)):
+        ahead, behind = (
+            effect.observe(anchor, effect.physical(internal + sign * shift)) for sign in (1.0, -1.0)
+        )
+        columns.append(difference(ahead, behind) / (2.0 * STEP))
+    return np.stack(columns)
+
+
+def session_changes(anchor: Observed, settings: GapSettings) -> Array:
+    """Changes (R, N, K) of a record by one standard deviation of each error of a new session.
+
+    Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.
+    """
+    s, nodes = settings.session, len(anchor.pose)
+    changes = []
+    for segment in FRAME_SEGMENTS:
+        for vector in np.deg2rad(s.frame_deg) * np.eye(3):
+            turned = replace(anchor, pose=turn_frame(anchor.pose, segment, vector))
+            changes.append(difference(turned, anchor))
+    for shape in phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
+        vectors = np.deg2rad(s.clavicle_axial_deg) * shape[:, None] * np.eye(3)[0]
+        turned = replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors))
+        changes.append(difference(turned, anchor))
+    if anchor.emg is not None:
+        for k in range(len(anchor.channels)):
+            one = np.eye(len(anchor.channels))[k]
+            for emg in (anchor.emg * (1.0 + s.emg_gain * one), anchor.emg + s.emg_offset * one):
+                changes.append(difference(replace(anchor, emg=emg), anchor))
+        delay = Emd("measurement", "emd", None, DELAY, frozenset(), (), "")
+        changes.append(s.timing_ms * record_derivative(delay, np.zeros(1), anchor)[0])
+    return np.stack(changes)

@@ -97,7 +97,7 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
     code = provenance.code_hash(ENTRY)
     record_file = files.answers / ANSWERS
     files.answers.mkdir(parents=True, exist_ok=True)
-    record = {"schema": ANSWER_SCHEMA, "date": _today(), "code": code, "cases": {}}
+    record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), "code": code, "cases": {}}
     if record_file.exists():
         record = _read(record_file, ANSWER_SCHEMA)
     if record["code"] != code:

@@ -94,10 +94,10 @@ def _moved_only(turn: Array) -> str:
 
 def _heard_only(case: Case, ratio: Array, count: int) -> str:
     """EMG alone: one channel or one factor is a gain, a shift in time a delay."""
+    if count > 1 and abs(_lead(case)) > LEAD_S:
+        return "measurement/emd"
     if count == 1 or np.std(np.log(ratio)) < SAME_FACTOR:
         return "measurement/emg_gain"
-    if abs(_lead(case)) > LEAD_S:
-        return "measurement/emd"
     return MOST_COMMON
 
 

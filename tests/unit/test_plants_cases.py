@@ -1,0 +1,210 @@
+"""Effects, recordings and drawing of blind cases."""
+
+import csv
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from arm import parameters
+from plants.arm import Anatomy, Arm
+from plants.body import no_extra_torques
+from plants.effects import (
+    LIBRARY_LIKE,
+    UNKNOWN,
+    co_contraction,
+    strength_loss,
+    tilted,
+)
+from plants.footprint import KINEMATIC, difference, floor, footprints
+from plants.movement import SETTLE_S, draw_variation, no_variation, wished_poses
+from plants.muscles import Muscles
+from plants.observation import (
+    Recording,
+    add_noise,
+    electrode_matrix,
+    perfect_measurement,
+    record,
+    turned_frames,
+)
+from plants.plan import draw_plans, redrawn
+from plants.simulation import TICK_S, Control
+from small_arm import small_motion
+
+from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
+
+pytestmark = pytest.mark.unit
+
+MOTION = Motion(np.linspace(0.0, 2.0, 60), small_motion(60))
+
+
+@pytest.fixture
+def anatomy(repository: Path) -> Anatomy:
+    """The muscles' names and groups; paths that all cross all joints."""
+    with (repository / "config" / "model" / "muscles.csv").open(encoding="utf-8") as stream:
+        rows = [{"name": row["muscle"], "group": row["group"]} for row in csv.DictReader(stream)]
+    arms = np.ones((1, len(rows), 13))
+    return Anatomy({"muscles": rows}, {}, SimpleNamespace(gradients=lambda _: arms))
+
+
+@pytest.fixture
+def arm(anatomy: Anatomy) -> Arm:
+    """A person with equal muscles."""
+    ones = np.ones((1, len(anatomy.names)))
+    muscles = Muscles(200 * ones, 0.1 * ones, 0.1 * ones, 0.04 * ones, ones, ones, ones)
+    glenoid = np.zeros((1, 2))
+    control = Control(ones, 0 * ones, ones, np.ones(1), np.ones(1), glenoid)
+    measurement = perfect_measurement(np.ones(8))
+    own = unpack(pack(parameters()))
+    return Arm(anatomy, own, muscles, no_extra_torques(1), control, measurement)
+
+
+def flat(arm: Arm) -> np.ndarray:
+    """Every number of an arm."""
+    parts = [arm.muscles, arm.extra, arm.control, arm.measurement]
+    values = [np.ravel(v) for part in parts for v in vars(part).values()]
+    return np.concatenate([pack(arm.parameters), *values])
+
+
+@pytest.mark.parametrize("draw", [*LIBRARY_LIKE, *UNKNOWN], ids=lambda draw: draw.__name__)
+def test_effects_change_the_arm_and_are_drawn_again_alike(draw, arm: Arm) -> None:
+    before = flat(arm)
+    injection = draw(np.random.default_rng(3))
+    changed = flat(injection.apply(arm))
+    assert not np.array_equal(changed, before)
+    np.testing.assert_array_equal(flat(arm), before)
+    np.testing.assert_array_equal(changed, flat(draw(np.random.default_rng(3)).apply(arm)))
+    assert injection.family == draw.__name__
+
+
+def test_a_tear_leaves_the_stated_force(arm: Arm) -> None:
+    injection = strength_loss(np.random.default_rng(5))
+    group = injection.label.split("/")[2]
+    members = arm.anatomy.groups == group
+    left = injection.apply(arm).muscles.max_force / arm.muscles.max_force
+    assert left[0, members].mean() == pytest.approx(injection.amplitude)
+    assert np.all(left[0, ~members] == 1.0)
+    assert np.sum((left > 0.04) & (left < 0.999)) <= 1
+
+
+def test_co_contraction_is_a_floor(arm: Arm) -> None:
+    injection = co_contraction(np.random.default_rng(5))
+    assert np.all(injection.apply(arm).control.tonic == injection.amplitude)
+
+
+def test_a_thorax_that_leans_forward_sees_gravity_pull_forward() -> None:
+    """x right, y up, z back: what is down for the world lies in front of the leaning chest."""
+    down = tilted(np.array([0.0, -9.81, 0.0]), 10.0)
+    assert down[2] == pytest.approx(-9.81 * np.sin(np.deg2rad(10.0)))
+    assert down[1] < 0
+
+
+def test_electrodes_hear_their_group_only(anatomy: Anatomy) -> None:
+    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    np.testing.assert_allclose(matrix.sum(axis=1), 1.0)
+    heard = {str(g) for g in anatomy.groups[matrix.any(axis=0)]}
+    assert heard == {"trap_clav", "delt_clav", "delt_scap", "infra", "trap_scap", "serr_ant"}
+
+
+def trace(anatomy: Anatomy) -> tuple[np.ndarray, np.ndarray]:
+    """A pose sequence and one burst of all muscles."""
+    pose = wished_poses(MOTION, no_variation())
+    time = TICK_S * np.arange(len(pose))
+    burst = np.exp(-(((time - time.mean()) / 0.4) ** 2))
+    return pose, np.tile(burst[:, None], (1, len(anatomy.names)))
+
+
+def test_recording_without_errors_is_the_motion(anatomy: Anatomy) -> None:
+    pose, excitation = trace(anatomy)
+    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    recording = record(pose, excitation, perfect_measurement(np.ones(8)), matrix)
+    cut = round(SETTLE_S / TICK_S)
+    expected = np.unwrap(pose_to_trial(pose[cut:]), axis=0)
+    np.testing.assert_allclose(recording.angles_rad, expected, atol=1e-9)
+    assert recording.time_s[0] == 0.0
+    assert 0.8 < recording.emg.max() < 1.0  # the envelope filter rounds the burst
+
+
+def test_errors_of_the_measurement(anatomy: Anatomy) -> None:
+    pose, excitation = trace(anatomy)
+    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    perfect = perfect_measurement(np.ones(8))
+    plain = record(pose, excitation, perfect, matrix)
+    mixing = np.zeros((8, 8))
+    mixing[2, 3] = 0.5
+    mixed = record(pose, excitation, replace(perfect, crosstalk=mixing), matrix)
+    np.testing.assert_allclose(mixed.emg[:, 2], 1.5 * plain.emg[:, 2])
+    np.testing.assert_allclose(mixed.emg[:, 3], plain.emg[:, 3])
+    late = record(pose, excitation, replace(perfect, delay_s=0.1), matrix)
+    assert plain.emg[:, 0].argmax() - late.emg[:, 0].argmax() == 10
+
+
+def test_turned_frames_turn_by_their_angle_only_where_they_should() -> None:
+    pose = trial_to_pose(small_motion(20))
+    turn = np.array([0.0, 0.1, 0.0])
+    turned = turned_frames(pose, replace(perfect_measurement(np.ones(8)), scapula_rad=turn))
+    np.testing.assert_allclose(relative_angle(turned[:, 4:8], pose[:, 4:8]), 0.1, atol=1e-9)
+    np.testing.assert_allclose(turned[:, :4], pose[:, :4], atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(turned[:, 8:12], axis=1), 1.0)
+    same = turned_frames(pose, perfect_measurement(np.ones(8)))
+    np.testing.assert_allclose(same, pose, atol=1e-12)
+
+
+def test_footprint_counts_standard_errors() -> None:
+    time, angles = np.linspace(0, 1, 50), small_motion(50)
+    reference = Recording(time, angles, np.zeros((50, 8)))
+    shifted = Recording(time, angles + np.deg2rad(5.2) * (np.arange(10) == 9), np.zeros((50, 8)))
+    error = floor(reference, 2, emg=False)
+    size = footprints(difference(shifted, reference, emg=False), error)
+    np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3], atol=1e-6)
+    assert len(KINEMATIC) == 10
+
+
+def test_noise_is_smooth_and_differs_between_repeats() -> None:
+    rng = np.random.default_rng(1)
+    clean = Recording(np.linspace(0, 2, 201), small_motion(201), np.full((201, 8), 0.2))
+    noisy = [add_noise(clean, rng) for _ in range(40)]
+    spread = np.rad2deg(np.std([trial.angles_rad for trial in noisy], axis=0)).mean(axis=0)
+    assert 0.3 < spread[0] < 0.8
+    assert spread[3] > spread[0]
+    steps = np.abs(np.diff(noisy[0].emg, axis=0)).max()
+    assert steps < 0.005
+
+
+def test_repeats_start_at_rest_and_vary() -> None:
+    rng = np.random.default_rng(1)
+    still = wished_poses(MOTION, no_variation())
+    assert not np.diff(still[: round(SETTLE_S / TICK_S)], axis=0).any()
+    np.testing.assert_allclose(still[-1], trial_to_pose(MOTION.angles_rad)[-1], atol=1e-6)
+    varied = wished_poses(MOTION, draw_variation(rng, 0.6, 0.8))
+    apart = np.rad2deg(relative_angle(varied[0, 8:12], still[0, 8:12]))
+    assert 0.0 < apart < 5.0
+
+
+def test_plans_follow_their_seed_and_hold_every_family() -> None:
+    plans = draw_plans(4, 80, ("par1", "par2"))
+    again = draw_plans(4, 80, ("par1", "par2"))
+    assert [plan.id for plan in plans] == [plan.id for plan in again]
+    assert [plan.id for plan in plans] != [plan.id for plan in draw_plans(5, 80, ("par1", "par2"))]
+    kinds = Counter(plan.kind for plan in plans)
+    assert sum(kinds.values()) == 80
+    assert set(kinds) == {"null", "single", "pair", "unknown", "salted"}
+    families = {p.injections[0].family for p in plans if p.kind == "single"}
+    assert families == {draw.__name__ for draw in LIBRARY_LIKE}
+    assert {(plan.emg, plan.reference) for plan in plans} == {
+        (emg, reference) for emg in (True, False) for reference in (True, False)
+    }
+    for plan in plans:
+        assert plan.hidden not in plan.tasks
+
+
+def test_a_case_drawn_again_keeps_its_families() -> None:
+    plan = next(p for p in draw_plans(4, 40, ("par1",)) if p.kind == "pair")
+    other = redrawn(plan, 1)
+    assert [i.family for i in other.injections] == [i.family for i in plan.injections]
+    assert other.id == plan.id
+    assert other.seed != plan.seed

@@ -1,7 +1,8 @@
 """Generate blind cases: trials and participant files for the diagnosis, keys for whoever scores.
 
-Usage: ``python -m plants.generate --seed N --cases N --results DIR --participants DIR --out DIR
---keys DIR`` with ``tests`` on the Python path. Keys must lie outside the checkout.
+Usage: ``python -m plants.generate --cases N --results DIR --participants DIR --out DIR --keys DIR``
+with ``tests`` on the Python path. Keys must lie outside the checkout; the seed, drawn unless
+``--seed`` gives it, is kept with them in ``draw.json``, because it tells every cause.
 
 A case folder holds ``participant.yaml``, ``model.yaml``, ``test/TASK_rN.csv``, EMG companions, and
 ``reference/`` if the case has one. A key is ``KEYS/CASE.json``: labels, amplitudes, plant, seed,
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import secrets
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -77,26 +79,35 @@ class Study:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31))
     parser.add_argument("--cases", type=int, required=True)
     for name in ("results", "participants", "out", "keys"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options = parser.parse_args(arguments)
-    checkout = Path(__file__).resolve().parents[2]
-    if options.keys.resolve().is_relative_to(checkout):
-        raise ConfigError(
-            f"--keys {options.keys}: lies in {checkout}, where the diagnosis could read it. "
-            "Name a folder outside."
-        )
+    _check_keys_folder(options.keys)
     study = load_study(options.results, options.participants, ("par1", "par2", "par3"))
     plans = draw_plans(options.seed, options.cases, tuple(study.anatomies))
     for folder in (options.out, options.keys):
         folder.mkdir(parents=True, exist_ok=True)
+    draw = {"seed": options.seed, "cases": options.cases}
+    (options.keys / "draw.json").write_text(json.dumps(draw) + "\n", encoding="utf-8")
     for plan, recordings in recorded_cases(study, plans):
         write_case(study, plan, recordings, options.out / plan.id)
         key = options.keys / f"{plan.id}.json"
         key.write_text(json.dumps(case_key(plan, recordings)) + "\n", encoding="utf-8")
         print(f"{plan.id} written", flush=True)
+
+
+def _check_keys_folder(keys: Path) -> None:
+    """Refuse a folder that the diagnosis could read, or that holds keys already."""
+    checkout = Path(__file__).resolve().parents[2]
+    if keys.resolve().is_relative_to(checkout):
+        raise ConfigError(
+            f"--keys {keys}: lies in {checkout}, where the diagnosis could read it. "
+            "Name a folder outside."
+        )
+    if keys.is_dir() and any(keys.iterdir()):
+        raise ConfigError(f"--keys {keys}: holds files already. Name a new folder for new keys.")
 
 
 def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study:

@@ -86,6 +86,7 @@ def test_honest_answers_are_scored(
     card = score(answered, keys(answered), tmp_path / "scores.json")
     assert card["look"] == "first look"
     assert card["plants"]["P1"]["all"]["false_alarms"]["value"] == 0.0
+    (tmp_path / "scores.json").unlink()
     again = score(answered, keys(answered), tmp_path / "scores.json")
     assert again["look"].startswith("look 2")
     assert len(again["earlier_looks"]) == 1

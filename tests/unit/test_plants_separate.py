@@ -21,10 +21,21 @@ def test_plants_do_without_the_diagnosis_and_its_numerics(path: Path) -> None:
     assert not [name for name in names if name.startswith(FORBIDDEN)]
 
 
+def draw_with_keys_in(keys: Path, elsewhere: Path) -> None:
+    arguments = ["--seed", "1", "--cases", "1", "--keys", str(keys)]
+    for name in ("results", "participants", "out"):
+        arguments += [f"--{name}", str(elsewhere)]
+    generate.main(arguments)
+
+
 def test_keys_inside_the_checkout_are_refused(tmp_path: Path, repository: Path) -> None:
-    folders = {"results": tmp_path, "participants": tmp_path, "out": tmp_path}
-    arguments = ["--seed", "1", "--cases", "1", "--keys", str(repository / "results" / "keys")]
-    for name, folder in folders.items():
-        arguments += [f"--{name}", str(folder)]
     with pytest.raises(ConfigError, match="Name a folder outside"):
-        generate.main(arguments)
+        draw_with_keys_in(repository / "results" / "keys", tmp_path)
+
+
+def test_keys_are_never_drawn_into_one_folder_twice(tmp_path: Path) -> None:
+    keys = tmp_path / "keys"
+    keys.mkdir()
+    (keys / "draw.json").write_text("{}")
+    with pytest.raises(ConfigError, match="holds files already"):
+        draw_with_keys_in(keys, tmp_path)

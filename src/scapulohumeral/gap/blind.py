@@ -29,7 +29,7 @@ from scapulohumeral.gap.blind_scores import REGISTERED, ScoredCase, score_card
 from scapulohumeral.gap.run import ENTRY, RESULT
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
-SALTS, ANSWERS = "salts.json", "answers.json"
+SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
 DIAGNOSE = (sys.executable, "-m", ENTRY, "gap", "diagnose")
 
@@ -126,8 +126,8 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
     Parameters
     ----------
     files : cases, published hashes, answers
-    keys : folder of keys and salts
-    out : ``scores.json``; if it holds an earlier score of these keys, this is a further look
+    keys : folder of keys and salts; every look at them is noted there
+    out : ``scores.json``
     hidden : JSON object case -> share of the gap on the hidden task, noise-free, that disappears
         with the answer's effect and parameters; without it shrinkage is not compared with a truth
 
@@ -146,7 +146,7 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
         if folder_hash(files.cases / name) != hashes["inputs"]:
             raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
         cases.append(_scored_case(files, keys, name, record, truth.get(name)))
-    before = _earlier_looks(out, sealed)
+    before = _looks(keys)
     card = {
         "schema": SCORE_SCHEMA,
         "look": "first look" if not before else f"look {len(before) + 1}: keys were open",
@@ -158,6 +158,8 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
     }
     out.parent.mkdir(parents=True, exist_ok=True)
     _write(out, card)
+    look = {"answered": card["answered"], "scored": card["scored"]}
+    (keys / LOOKS).write_text(json.dumps([*before, look], indent=1) + "\n", encoding="utf-8")
     return card
 
 
@@ -213,14 +215,10 @@ def _scored_case(
     return ScoredCase(*folders, key, document, entry["seconds"], hidden)
 
 
-def _earlier_looks(out: Path, sealed: dict) -> list[dict[str, Any]]:
-    """Who looked before: scores of keys that share a hash with these."""
-    if not out.exists():
-        return []
-    card = _read(out, SCORE_SCHEMA)
-    if card["sealed"]["date"] != sealed["date"]:
-        raise DataError(f"{out}: scores of other keys. Name another file, or move this one away.")
-    return [*card["earlier_looks"], {"answered": card["answered"], "scored": card["scored"]}]
+def _looks(keys: Path) -> list[dict[str, Any]]:
+    """Who opened the keys before. It is noted beside them, because score cards can be deleted."""
+    path = keys / LOOKS
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
 
 
 def _case_names(cases: Path) -> list[str]:

@@ -1,0 +1,89 @@
+# Blind benchmark of the diagnosis: draw and seal, answer, score. The large one is `make blind`, the
+# small one part of the study. Keys and seed lie in config["blind"]["keys"], outside the checkout, in
+# one folder per draw; scoring takes the latest, and refuses it if it does not fit.
+# No rule has code as an input: cases are drawn once, and scored again only on demand.
+
+
+wildcard_constraints:
+    benchmark="blind|blind_small",
+
+
+# Whose anatomy and recordings the plants are made from.
+PLANT_PARTICIPANTS = ["par1", "par2", "par3"]
+
+
+rule draw_blind_cases:
+    input:
+        models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),
+        thorax=expand("results/models/{participant}_thorax.json", participant=PLANT_PARTICIPANTS),
+        geometry=expand(
+            "results/muscle_geometry/{participant}/quaternion.npz",
+            participant=PLANT_PARTICIPANTS,
+        ),
+        equations="results/equations/quaternion",
+    output:
+        cases=directory("results/gap/{benchmark}/cases"),
+        published="results/gap/{benchmark}/published.json",
+    log:
+        python="results/logs/draw_blind_cases/{benchmark}.python.log",
+    benchmark:
+        "results/benchmarks/draw_blind_cases/{benchmark}.jsonl"
+    params:
+        vault=os.path.expanduser(config["blind"]["keys"]),
+        cases=lambda wildcards: config["blind"]["cases"][wildcards.benchmark],
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    message:
+        "Blind cases ({wildcards.benchmark}): simulate {params.cases} cases and seal their keys"
+    shell:
+        "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
+        " && (PYTHONPATH=tests python -m plants.generate --cases {params.cases} --results results"
+        " --participants config/participants --out {output.cases} --keys $keys"
+        " && python -m scapulohumeral.gap.cli gap blind seal --cases {output.cases}"
+        " --keys $keys --published {output.published}) > {log.python} 2>&1"
+
+
+rule answer_blind_cases:
+    input:
+        cases=rules.draw_blind_cases.output.cases,
+        published=rules.draw_blind_cases.output.published,
+    output:
+        answers=directory("results/gap/{benchmark}/answers"),
+    log:
+        python="results/logs/answer_blind_cases/{benchmark}.python.log",
+    benchmark:
+        "results/benchmarks/answer_blind_cases/{benchmark}.jsonl"
+    threads: 2
+    resources:
+        mem_mb=8000,
+        runtime=600,
+    message:
+        "Blind cases ({wildcards.benchmark}): diagnose every case"
+    shell:
+        "python -m scapulohumeral.gap.cli gap blind answer --cases {input.cases}"
+        " --published {input.published} --answers {output.answers} --jobs {threads}"
+        " > {log.python} 2>&1"
+
+
+rule score_blind_answers:
+    input:
+        cases=rules.draw_blind_cases.output.cases,
+        published=rules.draw_blind_cases.output.published,
+        answers=rules.answer_blind_cases.output.answers,
+    output:
+        scores="results/gap/{benchmark}/scores.json",
+    log:
+        python="results/logs/score_blind_answers/{benchmark}.python.log",
+    benchmark:
+        "results/benchmarks/score_blind_answers/{benchmark}.jsonl"
+    params:
+        vault=os.path.expanduser(config["blind"]["keys"]),
+    threads: 1
+    message:
+        "Blind cases ({wildcards.benchmark}): open the keys and score"
+    shell:
+        "keys=$(ls -d {params.vault}/{wildcards.benchmark}-* | tail -n 1) && python -m scapulohumeral.gap.cli gap blind score --cases {input.cases}"
+        " --published {input.published} --answers {input.answers} --keys $keys"
+        " --out {output.scores} > {log.python} 2>&1"

@@ -35,7 +35,7 @@ from plants.observation import (
     electrode_matrix,
     record,
 )
-from plants.plan import Plan, draw_plans, redrawn
+from plants.plan import SHARES, Plan, draw_plans, redrawn
 from plants.simulation import TICK_S, simulate
 from plants.wish import humerus_of, make_wish
 from scapulohumeral.dynamics import compiled
@@ -81,15 +81,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31))
     parser.add_argument("--cases", type=int, required=True)
+    parser.add_argument("--kind", choices=sorted(SHARES), help="open cases of one kind only")
     for name in ("results", "participants", "out", "keys"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options = parser.parse_args(arguments)
     _check_keys_folder(options.keys)
     study = load_study(options.results, options.participants, ("par1", "par2", "par3"))
-    plans = draw_plans(options.seed, options.cases, tuple(study.anatomies))
+    plans = draw_plans(options.seed, options.cases, tuple(study.anatomies), options.kind)
     for folder in (options.out, options.keys):
         folder.mkdir(parents=True, exist_ok=True)
-    draw = {"seed": options.seed, "cases": options.cases}
+    draw = {"seed": options.seed, "cases": options.cases, "kind": options.kind}
     (options.keys / "draw.json").write_text(json.dumps(draw) + "\n", encoding="utf-8")
     for plan, recordings in recorded_cases(study, plans):
         write_case(study, plan, recordings, options.out / plan.id)

@@ -56,23 +56,28 @@ class Plan:
     repeats: int
 
 
-def draw_plans(seed: int, count: int, participants: Sequence[str]) -> list[Plan]:
-    """A number of cases; families of effects come in turn, so that each is represented."""
+def draw_plans(
+    seed: int, count: int, participants: Sequence[str], kind: str | None = None
+) -> list[Plan]:
+    """A number of cases; families of effects come in turn, so that each is represented.
+
+    With a `kind` all cases are of that kind: open ones, for thresholds and calibration.
+    """
     rng = np.random.default_rng(seed)
-    kinds = _kinds(rng, count)
+    kinds = _kinds(rng, count) if kind is None else [kind] * count
     supply = {
         "single": _in_turn(rng, [(f,) for f in LIBRARY_LIKE]),
         "unknown": _in_turn(rng, [(f,) for f in UNKNOWN]),
         "salted": _in_turn(rng, [() if f is None else (f,) for f in SALTS]),
     }
     plans = []
-    for kind in kinds:
-        if kind == "pair":
+    for name in kinds:
+        if name == "pair":
             chosen = rng.choice(len(LIBRARY_LIKE), size=2, replace=False)
             families: tuple[Draw, ...] = tuple(LIBRARY_LIKE[i] for i in chosen)
         else:
-            families = next(supply[kind]) if kind in supply else ()
-        plans.append(_plan(rng, kind, families, str(rng.choice(participants))))
+            families = next(supply[name]) if name in supply else ()
+        plans.append(_plan(rng, name, families, str(rng.choice(participants))))
     return plans
 
 

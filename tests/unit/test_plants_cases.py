@@ -208,3 +208,7 @@ def test_a_case_drawn_again_keeps_its_families() -> None:
     assert [i.family for i in other.injections] == [i.family for i in plan.injections]
     assert other.id == plan.id
     assert other.seed != plan.seed
+
+
+def test_open_cases_of_one_kind() -> None:
+    assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}

@@ -96,7 +96,6 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
     sealed = _read(files.published, SEAL_SCHEMA)["cases"]
     code = provenance.code_hash(ENTRY)
     record_file = files.answers / ANSWERS
-    files.answers.mkdir(parents=True, exist_ok=True)
     record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), "code": code, "cases": {}}
     if record_file.exists():
         record = _read(record_file, ANSWER_SCHEMA)
@@ -128,8 +127,8 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
     files : cases, published hashes, answers
     keys : folder of keys and salts; every look at them is noted there
     out : ``scores.json``
-    hidden : JSON object case -> share of the gap on the hidden task, noise-free, that disappears
-        with the answer's effect and parameters; without it shrinkage is not compared with a truth
+    hidden : JSON object case -> share of the noise-free gap on the hidden task that disappears with
+        the answer's parameters; without it shrinkage is not compared with a truth
 
     Raises
     ------
@@ -147,7 +146,7 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
             raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
         cases.append(_scored_case(files, keys, name, record, truth.get(name)))
     before = _looks(keys)
-    card = {
+    card: dict[str, Any] = {
         "schema": SCORE_SCHEMA,
         "look": "first look" if not before else f"look {len(before) + 1}: keys were open",
         "earlier_looks": before,
@@ -156,7 +155,6 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
         "scored": {"date": _today(), "cases": len(cases)},
         **score_card(cases),
     }
-    out.parent.mkdir(parents=True, exist_ok=True)
     _write(out, card)
     look = {"answered": card["answered"], "scored": card["scored"]}
     (keys / LOOKS).write_text(json.dumps([*before, look], indent=1) + "\n", encoding="utf-8")
@@ -250,6 +248,7 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
 
 
 def _write(path: Path, document: dict[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 

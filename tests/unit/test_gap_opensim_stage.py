@@ -34,6 +34,7 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
             "poses": 6,
             "held_out_poses": 2,
             "margin_deg": 5,
+            "scapula_turn_deg": [-5, 5],
             "clearance": 0.05,
             "seed": 1,
         },

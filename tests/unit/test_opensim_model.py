@@ -16,7 +16,7 @@ from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model import opensim_sampling as sampling
 from scapulohumeral.model.participant import list_participants, read_participant
-from scapulohumeral.model.pose_region import draw_poses, recorded_poses
+from scapulohumeral.model.pose_region import Region, draw_poses, recorded_poses
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     pose_to_trial,
@@ -59,7 +59,9 @@ def record(model, participant):
 @pytest.fixture(scope="module")
 def samples(model, record, participant):
     rng = np.random.default_rng(5)
-    poses = draw_poses(recorded_poses(participant), 15.0, 40, rng, lambda p: is_clear(record, p))
+    poses = draw_poses(
+        recorded_poses(participant), Region(15.0), 40, rng, lambda p: is_clear(record, p)
+    )
     return sampling.sample_geometry(model, poses, TABLES.active_muscles)
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.pose_region import draw_angles, draw_poses
+from scapulohumeral.model.pose_region import Region, draw_angles, draw_poses
 from scapulohumeral.model.rotations import (
+    quaternion_multiply,
     relative_angle,
     rotation_vector_to_quaternion,
     trial_to_pose,
@@ -46,7 +47,7 @@ RECORD = {
 
 
 def test_turns_stay_within_the_margin_and_use_it():
-    poses = draw_poses(REST, 15.0, 4000, np.random.default_rng(1))
+    poses = draw_poses(REST, Region(15.0), 4000, np.random.default_rng(1))
     for start in (0, 4, 8):
         angle = np.rad2deg(relative_angle(poses[:, start : start + 4], IDENTITY[:4]))
         assert angle.max() <= 15.0 + 1e-9
@@ -55,8 +56,24 @@ def test_turns_stay_within_the_margin_and_use_it():
     assert np.abs(poses[:, 12] - 0.5).max() <= np.deg2rad(15.0)
 
 
+def test_scapula_turns_under_the_arm():
+    region = Region(0.0, (-30.0, 10.0))
+    poses = draw_poses(REST, region, 4000, np.random.default_rng(1))
+    np.testing.assert_allclose(poses[:, 0:4], np.tile(IDENTITY[:4], (4000, 1)), atol=1e-12)
+    upward = np.rad2deg(2 * np.arctan2(poses[:, 7], poses[:, 4]))
+    assert -30.0 <= upward.min() < -29.0
+    assert 9.0 < upward.max() <= 10.0
+    humerus = quaternion_multiply(poses[:, 4:8], poses[:, 8:12])
+    np.testing.assert_allclose(relative_angle(humerus, IDENTITY[:4]), 0.0, atol=1e-7)
+
+
+def test_region_without_the_recorded_scapula_is_refused():
+    with pytest.raises(ConfigError, match="interval around 0"):
+        Region(10.0, (5.0, 20.0))
+
+
 def test_quaternions_are_normalised_and_scalar_part_is_not_negative():
-    poses = draw_poses(REST * -1.0, 15.0, 200, np.random.default_rng(1))
+    poses = draw_poses(REST * -1.0, Region(15.0), 200, np.random.default_rng(1))
     for start in (0, 4, 8):
         np.testing.assert_allclose(np.linalg.norm(poses[:, start : start + 4], axis=1), 1.0)
         assert poses[:, start].min() >= 0.0
@@ -89,13 +106,15 @@ def test_refused_angles_are_judged_as_poses():
 
 def test_same_seed_same_poses_and_input_unchanged():
     recorded = REST.copy()
-    first, second = (draw_poses(recorded, 10.0, 50, np.random.default_rng(7)) for _ in range(2))
+    first, second = (
+        draw_poses(recorded, Region(10.0), 50, np.random.default_rng(7)) for _ in range(2)
+    )
     np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(recorded, REST)
 
 
 def test_refused_poses_are_drawn_again():
-    poses = draw_poses(REST, 15.0, 300, np.random.default_rng(1), lambda p: p[:, 12] > 0.5)
+    poses = draw_poses(REST, Region(15.0), 300, np.random.default_rng(1), lambda p: p[:, 12] > 0.5)
     assert poses.shape == (300, 13)
     assert poses[:, 12].min() > 0.5
 
@@ -103,9 +122,9 @@ def test_refused_poses_are_drawn_again():
 def test_margin_that_leaves_nothing_is_refused():
     rng = np.random.default_rng(1)
     with pytest.raises(ConfigError, match="0 of 100 drawn poses.*smaller margin"):
-        draw_poses(REST, 15.0, 100, rng, lambda p: np.zeros(len(p), bool))
+        draw_poses(REST, Region(15.0), 100, rng, lambda p: np.zeros(len(p), bool))
     with pytest.raises(ConfigError, match="margin 120 deg"):
-        draw_poses(REST, 120, 100, rng)
+        draw_poses(REST, Region(120), 100, rng)
 
 
 def test_segment_frames_at_a_known_turn():

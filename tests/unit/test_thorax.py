@@ -78,7 +78,7 @@ def make_record():
             {
                 "name": "serr_ant",
                 "translation_m": CENTRE.tolist(),
-                "dimensions_m": RADII.tolist(),
+                "scaled_dimensions_m": RADII.tolist(),
             }
         ],
     }

@@ -56,6 +56,7 @@ rule sample_muscle_geometry:
         poses=lookup(within=config, dpath="geometry/poses"),
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
         clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
     threads: 1

@@ -12,7 +12,7 @@ import opensim
 
 from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import draw_sample_angles
+from scapulohumeral.model.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.thorax_clearance import is_clear
 
@@ -25,7 +25,7 @@ count = settings.poses + settings.held_out_poses
 angles = draw_sample_angles(
     participant,
     snakemake.wildcards.formulation,
-    settings.margin_deg,
+    Region(settings.margin_deg, tuple(settings.scapula_turn_deg)),
     count,
     np.random.default_rng(settings.seed),
     lambda poses: is_clear(record, poses, settings.clearance),

@@ -21,7 +21,7 @@ from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import draw_sample_angles
+from scapulohumeral.model.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.model.thorax_clearance import is_clear
@@ -52,7 +52,7 @@ def build(folder: Path) -> None:
     angles = draw_sample_angles(
         participant,
         "quaternion",
-        geometry["margin_deg"],
+        Region(geometry["margin_deg"], tuple(geometry["scapula_turn_deg"])),
         count,
         np.random.default_rng(geometry["seed"]),
         lambda poses: is_clear(record, poses, geometry["clearance"]),

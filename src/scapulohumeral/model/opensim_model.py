@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 import opensim
+from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.opensim_sampling import muscle_lengths
@@ -42,6 +43,9 @@ ANTHROPOMETRIC_PARTS = {
     "hand": (("hand_r",), ()),
 }
 
+# Least share of its depth that a flattened thorax surface keeps.
+FLATTEST = 0.1
+
 opensim.Logger.setLevelString("error")
 
 
@@ -65,7 +69,7 @@ def participant_model(
     if masses == "anthropometric":
         set_anthropometric_masses(model, participant, tables)
     lock_pronation(model, np.deg2rad(tables.constants["forearm"]["pronation_deg"]))
-    shrink_thorax_surfaces(model, participant, tables)
+    flatten_thorax_surfaces(model, participant, tables)
     lengthen_fibres(model, participant, tables)
     model.setGravity(_vec3(participant.gravity_mps2))
     model.setName(participant.name)
@@ -258,31 +262,41 @@ def lock_pronation(model: opensim.Model, angle_rad: float) -> None:
     coordinate.setDefaultLocked(True)
 
 
-def shrink_thorax_surfaces(
+def flatten_thorax_surfaces(
     model: opensim.Model, participant: Participant, tables: ModelTables
 ) -> None:
-    """Shrink thorax ellipsoids until the attachments of their muscles stay outside when recorded.
+    """Flatten thorax ellipsoids until the attachments of their muscles stay outside when recorded.
 
-    Applies to the surfaces that muscles wrap over; uniformly about the centre; clearance and reason
-    are in constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size.
+    Applies to the surfaces that muscles wrap over; only the depth (z) shrinks, about the centre:
+    the sides, over which the muscles bend, stay where they are, and with them the moment arms.
+    Clearance and reason are in constants.yaml, `wrap_clearance`. Surfaces that are clear already
+    keep their size.
     """
     clearance = tables.constants["wrap_clearance"]["min_level"]
     record = model_record(model, participant, tables, "published")
-    levels = attachment_levels(record, recorded_poses(participant))
-    for name, level in levels.items():
-        factor = np.sqrt(min(1.0, (1.0 + level.min()) / (1.0 + clearance)))
+    poses = recorded_poses(participant)
+    for name in attachment_levels(record, poses):
+        wrap = next(w for w in record["wrap_objects"] if w["name"] == name)
+        depth = wrap["dimensions_m"][2]
+
+        def lowest(share: float, wrap=wrap, depth=depth, name=name) -> float:
+            wrap["dimensions_m"][2] = share * depth
+            return float(attachment_levels(record, poses)[name].min()) - clearance
+
+        if lowest(1.0) < 0.0:
+            lowest(brentq(lowest, FLATTEST, 1.0, xtol=1e-6) - 1e-6)
         surface = model.updBodySet().get("thorax").upd_WrapObjectSet().get(name)
         ellipsoid = opensim.WrapEllipsoid.safeDownCast(surface)
-        ellipsoid.set_dimensions(_vec3(factor * np.array(_list3(ellipsoid.get_dimensions()))))
+        ellipsoid.set_dimensions(_vec3(wrap["dimensions_m"]))
 
 
 def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:
     """Lengthen optimal fibres that the recorded motions would stretch beyond a limit.
 
-    Applies to the groups named in constants.yaml, `fibre_adjustment`, where the reason is given.
+    Limit and reason are in constants.yaml, `fibre_adjustment`.
     """
     rule = tables.constants["fibre_adjustment"]
-    names = [m.name for m in tables.muscles.values() if m.group in rule["groups"]]
+    names = list(tables.muscles)
     angles = np.concatenate([trial.motion.angles_rad for trial in participant.trials.values()])
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
@@ -336,7 +350,7 @@ def model_record(
             _muscle_record(model.getMuscles().get(name), tables.muscles[name])
             for name in tables.active_muscles
         ],
-        "wrap_objects": [_wrap_record(model, w) for w in tables.wrap_objects.values()],
+        "wrap_objects": [_wrap_record(model, w, participant) for w in tables.wrap_objects.values()],
         "published_thorax_ellipsoid": ellipsoid
         and {"centre_m": list(ellipsoid.centre_m), "radii_m": list(ellipsoid.radii_m)},
         "constants": {section: dict(values) for section, values in constants.items()},
@@ -408,7 +422,9 @@ def _muscle_record(muscle: opensim.Muscle, source: Muscle) -> dict[str, Any]:
     }
 
 
-def _wrap_record(model: opensim.Model, source: WrapObject) -> dict[str, Any]:
+def _wrap_record(
+    model: opensim.Model, source: WrapObject, participant: Participant
+) -> dict[str, Any]:
     target = _frame(model, source.segment).getWrapObject(source.name)
     if source.kind == "ellipsoid":
         dimensions = _list3(opensim.WrapEllipsoid.safeDownCast(target).get_dimensions())
@@ -425,4 +441,12 @@ def _wrap_record(model: opensim.Model, source: WrapObject) -> dict[str, Any]:
         "rotation_rad": _list3(target.get_xyz_body_rotation()),
         "quadrant": source.quadrant,
         "dimensions_m": dimensions,
+        "scaled_dimensions_m": _scaled_dimensions(source, participant),
     }
+
+
+def _scaled_dimensions(source: WrapObject, participant: Participant) -> list[float] | None:
+    """Radii of an ellipsoid as OpenSim scales them, before any flattening; None for other kinds."""
+    if source.kind != "ellipsoid":
+        return None
+    return (np.array(source.dimensions_m) * participant.scale[source.segment]).tolist()

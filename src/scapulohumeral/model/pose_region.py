@@ -1,11 +1,15 @@
 """The region of poses over which muscle geometry is fitted: the recorded motions with a margin.
 
+Predictions keep the recorded orientation of the humerus in the thorax, but scapula and clavicle
+find their own: quaternion geometry also covers scapulae turned up or down under a recorded arm.
+
 Letters: F recorded frames, P drawn poses. A pose has the thirteen numbers of ``rotations``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +18,7 @@ from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.rotations import (
     Array,
     pose_to_trial,
+    quaternion_conjugate,
     quaternion_multiply,
     rotation_vector_to_quaternion,
     trial_to_pose,
@@ -21,6 +26,29 @@ from scapulohumeral.model.rotations import (
 
 # Below this share of accepted draws the margin asks for poses that no shoulder takes.
 FEWEST_ACCEPTED = 0.05
+
+
+@dataclass(frozen=True)
+class Region:
+    """How far poses reach beyond the recorded ones.
+
+    Attributes
+    ----------
+    margin_deg : largest turn of any joint
+    scapula_turn_deg : lowest and highest turn of the scapula about its own z axis, upward positive,
+        under the recorded humerus
+    """
+
+    margin_deg: float
+    scapula_turn_deg: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse an interval that leaves the recorded scapula out."""
+        low, high = self.scapula_turn_deg
+        if not -90.0 <= low <= 0.0 <= high <= 90.0:
+            raise ConfigError(
+                f"scapula_turn_deg {low} to {high}; expected an interval around 0 within 90 deg"
+            )
 
 
 def _all(poses: Array) -> np.ndarray:
@@ -42,42 +70,41 @@ def recorded_poses(participant: Participant) -> Array:
 def draw_sample_angles(
     participant: Participant,
     formulation: str,
-    margin_deg: float,
+    region: Region,
     count: int,
     rng: np.random.Generator,
     accept: Callable[[Array], np.ndarray] = _all,
 ) -> Array:
     """Joint angles, shape (P, 10) [rad], at which a formulation's geometry is sampled.
 
-    For "quaternion" by `draw_poses`, for "euler" by `draw_angles`; arguments are theirs.
+    For "quaternion" by `draw_poses`, for "euler" by `draw_angles`, which needs no turned scapulae
+    because Euler angles are for tracking only; arguments are theirs.
 
     Raises
     ------
     ConfigError                      unknown formulation, or a margin that cannot be used
     """
     if formulation == "quaternion":
-        return pose_to_trial(
-            draw_poses(recorded_poses(participant), margin_deg, count, rng, accept)
-        )
+        return pose_to_trial(draw_poses(recorded_poses(participant), region, count, rng, accept))
     if formulation == "euler":
-        return draw_angles(recorded_angles(participant), margin_deg, count, rng, accept)
+        return draw_angles(recorded_angles(participant), region.margin_deg, count, rng, accept)
     raise ConfigError(f"unknown formulation {formulation!r}: choose quaternion or euler")
 
 
 def draw_poses(
     recorded: Array,
-    margin_deg: float,
+    region: Region,
     count: int,
     rng: np.random.Generator,
     accept: Callable[[Array], np.ndarray] = _all,
 ) -> Array:
-    """Poses near recorded ones: each joint turned from its recorded orientation at random.
+    """Poses near recorded ones: scapula turned under the arm, then each joint turned at random.
 
     Parameters
     ----------
     recorded : array, shape (F, 13)
-    margin_deg : float               largest turn of SC, AC and GH about any axis (rotation vector
-                                     uniform in a ball), and of the elbow (uniform in an interval)
+    region : Region                  how far; turns of SC, AC and GH about any axis are rotation
+                                     vectors uniform in a ball, all others uniform in an interval
     count : int                      P
     rng : numpy Generator            seeded by the caller, so that draws can be repeated
     accept : function                poses (P, 13) -> boolean (P,); refused ones are drawn again,
@@ -93,7 +120,13 @@ def draw_poses(
                                      fewer than FEWEST_ACCEPTED of the draws pass
     """
     recorded = np.asarray(recorded, float)
-    return _draw(lambda margin: _turned(recorded, margin, count, rng), margin_deg, count, accept)
+    low, high = np.deg2rad(region.scapula_turn_deg)
+
+    def turned(margin: float) -> Array:
+        poses = recorded[rng.integers(len(recorded), size=count)]
+        return _turned(_under_arm(poses, rng.uniform(low, high, count)), margin, rng)
+
+    return _draw(turned, region.margin_deg, count, accept)
 
 
 def draw_angles(
@@ -156,8 +189,23 @@ def _draw(
     return np.concatenate(drawn)[:count]
 
 
-def _turned(recorded: Array, margin: float, count: int, rng: np.random.Generator) -> Array:
-    poses = recorded[rng.integers(len(recorded), size=count)]
+def _under_arm(poses: Array, upward: Array) -> Array:
+    """Poses (P, 13) with the scapula turned by angles (P,) [rad] under clavicle and arm."""
+    clavicle = poses[:, 0:4]
+    scapula = quaternion_multiply(clavicle, poses[:, 4:8])
+    humerus = quaternion_multiply(scapula, poses[:, 8:12])
+    turn = np.zeros((len(poses), 3))
+    turn[:, 2] = upward
+    scapula = quaternion_multiply(scapula, rotation_vector_to_quaternion(turn))
+    moved = poses.copy()
+    moved[:, 4:8] = quaternion_multiply(quaternion_conjugate(clavicle), scapula)
+    moved[:, 8:12] = quaternion_multiply(quaternion_conjugate(scapula), humerus)
+    return moved
+
+
+def _turned(poses: Array, margin: float, rng: np.random.Generator) -> Array:
+    """Poses (P, 13), every joint turned at random by up to a margin [rad]; scalar parts >= 0."""
+    count, poses = len(poses), poses.copy()
     for start in (0, 4, 8):
         turn = rotation_vector_to_quaternion(margin * _uniform_in_ball(count, rng))
         turned = quaternion_multiply(poses[:, start : start + 4], turn)

@@ -23,6 +23,7 @@ from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 
 SUPERIOR_INFERIOR_SHARE = 0.31
+SEGMENTS = ("clavicle", "scapula", "humerus", "elbow")
 # Levenberg term of the Gauss-Newton Hessian: the tracking errors leave the axial rotation of the
 # clavicle free, and without this term the iterates swing in it.
 PROXIMAL_WEIGHT = 0.5
@@ -42,6 +43,8 @@ class Weights:
     quaternion_norm : J_quat
     emg : J_EMG; parameters : J_pars; 0 leaves either out
     tracked : segments that J_traj follows
+    guidance : share of the weight of J_traj on the segments that are not tracked, between 0 and 1;
+        predictions are reached from tracking by lowering it
     """
 
     trajectory: float = 200.0
@@ -52,14 +55,15 @@ class Weights:
     quaternion_norm: float = 200.0
     emg: float = 0.0
     parameters: float = 0.0
-    tracked: tuple[str, ...] = ("clavicle", "scapula", "humerus", "elbow")
+    tracked: tuple[str, ...] = SEGMENTS
+    guidance: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse negative weights and unknown segments."""
         for name, value in vars(self).items():
             if name != "tracked" and not value >= 0:
                 raise ConfigError(f"weight {name} is {value}: it must not be negative")
-        unknown = set(self.tracked) - {"clavicle", "scapula", "humerus", "elbow"}
+        unknown = set(self.tracked) - set(SEGMENTS)
         if unknown:
             raise ConfigError(f"tracked: unknown segment(s) {', '.join(sorted(unknown))}")
 
@@ -144,7 +148,8 @@ class Objective:
     def _error_weights(self) -> np.ndarray:
         """Weights of the squared errors, (N, E)."""
         w, groups = self.weights, self.errors.groups
-        tracked = np.array([w.trajectory * (g in w.tracked) for g in groups])
+        share = {g: 1.0 if g in w.tracked else w.guidance for g in SEGMENTS}
+        tracked = np.array([w.trajectory * share.get(g, 0.0) for g in groups])
         norm = np.array([w.quaternion_norm * (g == "norm") for g in groups])
         return self._quadrature[:, None] * (self.activity[:, None] * tracked + norm)
 

@@ -23,13 +23,10 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
 from scapulohumeral.ocp.plain_opty import symbolic_equations
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import Result, SolverSettings, solve
-from scapulohumeral.stages.tracking import (
-    TrackingFiles,
-    TrackingProblem,
-    TrackingSettings,
-    pose_tracking,
-)
+from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
+from scapulohumeral.stages.model_files import ModelFiles
+from scapulohumeral.stages.posed_problem import PosedProblem, SolveSettings
+from scapulohumeral.stages.tracking import pose_tracking, read_trial
 
 OBJECTIVE_SHARE = 1e-4
 FEASIBLE = 1e-4
@@ -38,7 +35,7 @@ REPEATS = 5
 
 
 def benchmark_solver(
-    trial: str, files: TrackingFiles, settings: TrackingSettings, opty_muscles: int, output: Path
+    trial: str, files: ModelFiles, settings: SolveSettings, opty_muscles: int, output: Path
 ) -> None:
     """Measure and write ``solver.json``.
 
@@ -48,21 +45,21 @@ def benchmark_solver(
     muscles), opty_muscles, the largest differences of constraints and Jacobian, and what the
     figures were measured on.
     """
-    posed = pose_tracking(trial, files, settings)
+    posed = pose_tracking(read_trial(files, trial), files, settings)
     record = {
         "trial": trial,
         "participant": files.participant.parent.name,
-        "nodes": len(posed.time_s),
+        "nodes": len(posed.target.time_s),
         **compare_hessians(posed, settings),
         **compare_with_opty(posed, opty_muscles),
     }
     output.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
-def compare_hessians(posed: TrackingProblem, settings: TrackingSettings) -> dict:
+def compare_hessians(posed: PosedProblem, settings: SolveSettings) -> dict:
     """Time to the optimum with the automatic strategy and with a limited-memory Hessian."""
     start = time.perf_counter()
-    guess = posed.initial_guess()
+    guess = Start(posed.layout().join(posed.cold_start()))
     guess_seconds = time.perf_counter() - start
 
     def run(strategy: str, iterations: int) -> Result:
@@ -93,14 +90,14 @@ def compare_hessians(posed: TrackingProblem, settings: TrackingSettings) -> dict
     }
 
 
-def compare_with_opty(posed: TrackingProblem, count: int) -> dict:
+def compare_with_opty(posed: PosedProblem, count: int) -> dict:
     """Build and evaluation of the problem with a few muscles, by opty alone and by this package."""
-    name = posed.forces.dynamics.name
+    name = posed.model.forces.dynamics.name
     start = time.perf_counter()
     dynamics = compiled.build(name)
     build_seconds = time.perf_counter() - start
     chosen = np.linspace(0, len(posed.muscles.names) - 1, count).astype(int)
-    geometry, muscles = muscle_subset(posed.forces.geometry, posed.muscles, chosen)
+    geometry, muscles = muscle_subset(posed.model.forces.geometry, posed.muscles, chosen)
     problem = Problem(
         MuscleForces(dynamics, geometry), muscles, posed.parameters, posed.objective, "exact"
     )
@@ -109,7 +106,7 @@ def compare_with_opty(posed: TrackingProblem, count: int) -> dict:
     collocator = ConstraintCollocator(
         equations.rows,
         equations.states,
-        len(posed.time_s),
+        len(posed.target.time_s),
         posed.objective.step,
         instance_constraints=problem.collocator.instance_constraints,
         integration_method="midpoint",
@@ -166,10 +163,10 @@ def _jacobian_difference(problem: Problem, free: np.ndarray, values, indices) ->
     return float(np.abs((theirs - ours.tocsr()).data).max(initial=0.0))
 
 
-def _full_evaluation(posed: TrackingProblem) -> float:
+def _full_evaluation(posed: PosedProblem) -> float:
     """Seconds for constraints, Jacobian and exact Hessian of the full model."""
     problem = posed.problem("exact")
-    free = posed.initial_guess().free
+    free = posed.layout().join(posed.cold_start())
     multipliers = np.ones(problem.num_constraints)
     return _seconds(
         lambda: (

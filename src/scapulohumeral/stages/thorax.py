@@ -82,10 +82,13 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
 
 
 def prior_ellipsoid(record: Mapping[str, Any]) -> tuple[Array, Array]:
-    """Centre (3,) and radii (3,) [m] of the ellipsoid over which serratus anterior wraps."""
+    """Centre (3,) and radii (3,) [m] of the ellipsoid over which serratus anterior wraps.
+
+    As scaled: what is flattened for the paths of muscles is no measure of the thorax.
+    """
     for surface in record["wrap_objects"]:
         if surface["name"] == PRIOR_SURFACE:
-            return np.array(surface["translation_m"]), np.array(surface["dimensions_m"])
+            return np.array(surface["translation_m"]), np.array(surface["scaled_dimensions_m"])
     raise ModelError(
         f"model of {record['participant']}: no wrapping surface {PRIOR_SURFACE!r}, which the fit "
         "of the thorax starts from. Add it to wrap_objects.csv."

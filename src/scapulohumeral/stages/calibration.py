@@ -1,0 +1,287 @@
+"""Calibrate strength and fibre length of muscle groups to EMG, and score it against a plant.
+
+Two estimates: that of the paper, whose scalers lower effort, EMG error and their own distance from
+one in one problem, and a refined one, whose excitations agree with EMG while effort decides the
+motion alone (:mod:`scapulohumeral.stages.refinement`). The refined one is used from there on.
+
+Letters: N nodes, C channels, G groups.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.channels import Channels, read_channels
+from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
+from scapulohumeral.errors import SolveError
+from scapulohumeral.ocp.emg_term import EmgTerm
+from scapulohumeral.ocp.objective import Trajectory
+from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solver import Start
+from scapulohumeral.stages.composite import Composite, compose, composite_target
+from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel, load_model
+from scapulohumeral.stages.muscle_scaling import muscle_groups
+from scapulohumeral.stages.posed_problem import (
+    SolveSettings,
+    hashes,
+    header,
+    pose,
+    read_result,
+    solve_posed,
+    store,
+)
+from scapulohumeral.stages.reference_plant import read_plant
+from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
+
+SCHEMA = "calibration/1"
+KINDS = ("force", "fibre")
+INTERVAL = 0.9
+
+
+@dataclass(frozen=True)
+class CalibrationFiles:
+    """What a calibration is made from: tracking solutions and envelopes in the same order."""
+
+    model: ModelFiles
+    channels: Path
+    tracked: Sequence[Path]
+    envelopes: Sequence[Path]
+
+
+@dataclass(frozen=True)
+class CalibrationSettings:
+    """How scalers are found and judged.
+
+    Attributes
+    ----------
+    solve : settings of both estimates; the weights hold ``emg`` and ``parameters``
+    pause_s : pauses of the composite motion
+    force_bounds, fibre_bounds : bounds of the scalers [1]
+    envelope : how EMG envelopes were made
+    refinement : see :class:`RefinementSettings`
+    identifiable : largest half width of the 90 % interval of an identifiable scaler, by kind
+    """
+
+    solve: SolveSettings
+    pause_s: float
+    force_bounds: tuple[float, float]
+    fibre_bounds: tuple[float, float]
+    envelope: EnvelopeSettings
+    refinement: RefinementSettings
+    identifiable: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class _Study:
+    """Everything that both estimates share."""
+
+    model: ShoulderModel
+    channels: Channels
+    scalers: Scalers
+    composite: Composite
+    envelopes: np.ndarray
+    simulated: bool
+
+    @property
+    def emg(self) -> EmgTerm:
+        names = [muscle["name"] for muscle in self.model.record["muscles"]]
+        return EmgTerm(self.channels.matrix(names), self.envelopes, self.composite.activity)
+
+
+def calibrate(
+    files: CalibrationFiles,
+    settings: CalibrationSettings,
+    solution: tuple[Path, Path],
+    scalers: Path,
+    solver_log: Path,
+) -> None:
+    """Write the paper's solution with its summary, and the scalers of both estimates.
+
+    Raises
+    ------
+    SolveError
+        If either estimate fails; the solution of the first is written, sealed.
+    """
+    study = _read(files, settings)
+    first = _paper_estimate(study, files, settings, solution, solver_log)
+    refined = _refined_estimate(study, settings, first)
+    document = {
+        "schema": SCHEMA,
+        "participant": files.model.participant.parent.name,
+        "emg_simulated": study.simulated,
+        "status": "converged" if refined.converged else "not converged",
+        "misfit": refined.misfit,
+        "iterations": len(refined.history),
+        "history": refined.history,
+        "groups": describe(study.scalers, refined, first.scalers, settings),
+    }
+    scalers.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def describe(
+    scalers: Scalers, refined: Refined, paper: np.ndarray, settings: CalibrationSettings
+) -> dict[str, Any]:
+    """Value, interval and identifiability of each scaler, by group and kind."""
+    sd = np.sqrt(np.diag(refined.covariance)).reshape(refined.values.shape)
+    half = norm.ppf(0.5 + INTERVAL / 2) * sd
+    bounds = (scalers.force_bounds, scalers.fibre_bounds)
+    groups: dict[str, Any] = {}
+    for column, name in enumerate(scalers.names):
+        groups[name] = {}
+        for row, kind in enumerate(KINDS):
+            value, width = float(refined.values[row, column]), float(half[row, column])
+            at_bound = min(value - bounds[row][0], bounds[row][1] - value) < 1e-3
+            groups[name][kind] = {
+                "value": value,
+                "ci90": [value - width, value + width],
+                "identifiable": bool(width <= settings.identifiable[kind] and not at_bound),
+                "at_bound": bool(at_bound),
+                "paper_problem": float(paper[row, column]),
+            }
+    return groups
+
+
+def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
+    """Calibrated values, shape (2, G), forces first."""
+    groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
+    return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
+
+
+def calibrated_muscles(
+    record: Mapping[str, Any], channels: Path, calibration: Path | None
+) -> MuscleParameters:
+    """Muscle parameters of a participant: calibrated, or generic without a calibration."""
+    generic = muscle_parameters(record)
+    if calibration is None:
+        return generic
+    scalers = muscle_groups(record, read_channels(channels))
+    return scalers.apply(generic, read_scalers(calibration, scalers))
+
+
+def score(calibration: Path, plant: Path, channels: Path, scored: Path) -> None:
+    """Add to a calibration how far it is from the plant whose EMG it was given.
+
+    Errors are relative to the plant's value; medians are over the identifiable scalers, those of
+    all and of the paper's problem beside them. Measured EMG has no plant to compare with.
+    """
+    document = json.loads(calibration.read_text(encoding="utf-8"))
+    if document["emg_simulated"]:
+        groups = read_channels(channels).groups
+        truth = read_plant(plant, groups)
+        for name, entry in document["groups"].items():
+            for kind in KINDS:
+                true = getattr(truth, kind)[name]
+                low, high = entry[kind]["ci90"]
+                entry[kind] |= {
+                    "plant": true,
+                    "error": entry[kind]["value"] / true - 1.0,
+                    "paper_problem_error": entry[kind]["paper_problem"] / true - 1.0,
+                    "covered": bool(low <= true <= high),
+                }
+        document["scores"] = _scores(document["groups"])
+    else:
+        document["scores"] = None
+    scored.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _scores(groups: Mapping[str, Any]) -> dict[str, Any]:
+    scores: dict[str, Any] = {}
+    for kind in KINDS:
+        entries = [group[kind] for group in groups.values()]
+        chosen = [entry for entry in entries if entry["identifiable"]]
+        scores[kind] = {
+            "identifiable": len(chosen),
+            "groups": len(entries),
+            "median_error": _median(chosen, "error"),
+            "median_error_all": _median(entries, "error"),
+            "median_error_paper_problem": _median(chosen, "paper_problem_error"),
+        }
+    chosen = [
+        group[kind] for group in groups.values() for kind in KINDS if group[kind]["identifiable"]
+    ]
+    covered = [entry["covered"] for entry in chosen]
+    scores["coverage90"] = float(np.mean(covered)) if covered else None
+    return scores
+
+
+def _median(entries: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    return float(np.median([abs(entry[key]) for entry in entries])) if entries else None
+
+
+def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
+    motions = [read_solution(path) for path in files.tracked]
+    composite = compose(motions, settings.solve.time_step_s, settings.pause_s)
+    channels = read_channels(files.channels)
+    model = load_model(files.model)
+    table = np.zeros((len(composite.time_s), len(channels.names)))
+    simulated = False
+    for motion, path in zip(motions, files.envelopes, strict=True):
+        envelopes = read_envelopes(path, channels.names)
+        simulated |= envelopes.simulated
+        start, stop = composite.nodes[motion.header["trial"]]
+        table[start:stop] = envelopes.at(motion.time_s)
+    return _Study(
+        model=model,
+        channels=channels,
+        scalers=muscle_groups(model.record, channels, settings.force_bounds, settings.fibre_bounds),
+        composite=composite,
+        envelopes=table,
+        simulated=simulated,
+    )
+
+
+def _paper_estimate(
+    study: _Study,
+    files: CalibrationFiles,
+    settings: CalibrationSettings,
+    paths: tuple[Path, Path],
+    solver_log: Path,
+) -> Trajectory:
+    """Solve the paper's problem, store it, and return its trajectory with the scalers."""
+    target = composite_target(study.composite, emg=study.emg)
+    generic = muscle_parameters(study.model.record)
+    posed = replace(pose(study.model, generic, target, settings.solve), scalers=study.scalers)
+    result = solve_posed(posed, study.composite.trajectory, settings.solve, solver_log)
+    about = header(
+        posed,
+        result,
+        settings.solve,
+        participant=files.model.participant.parent.name,
+        trial="composite",
+        emg_simulated=study.simulated,
+        hashes=hashes(
+            files.model,
+            [files.channels, *files.tracked, *files.envelopes],
+            "scapulohumeral.stages.calibration",
+        ),
+    )
+    store(read_result(posed, result, about), result, paths, {})
+    if not result.optimal:
+        raise SolveError(f"calibration: {result.message}. Look at {solver_log}")
+    return posed.layout().split(result.point.free)
+
+
+def _refined_estimate(study: _Study, settings: CalibrationSettings, first: Trajectory) -> Refined:
+    """Refine from the motion of the paper's problem, without EMG in the objective."""
+    generic = muscle_parameters(study.model.record)
+    posed = pose(study.model, generic, composite_target(study.composite), settings.solve)
+    evidence = Evidence(
+        channels=study.emg.channels,
+        envelopes=study.envelopes,
+        nodes=study.composite.nodes,
+        envelope=settings.envelope,
+        step_s=settings.solve.time_step_s,
+    )
+    none = np.ones((2, 0))
+    start = Start(posed.layout().join(replace(first, scalers=none)))
+    return refine(posed, study.scalers, evidence, start, settings.refinement)

@@ -1,0 +1,229 @@
+"""Simulated EMG: what an arm with other muscle parameters would show while it does the same.
+
+The reference plant has the participant's equations, but muscle strength, fibre lengths and
+activation constants of its own, and the excitations that are best for these.
+
+Letters: N nodes, C channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.channels import Channels, read_channels
+from scapulohumeral.emg.recording import write_recording
+from scapulohumeral.emg.synthesis import (
+    SimulationSettings,
+    random_stream,
+    simulate_mvc,
+    simulate_recording,
+)
+from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.ocp.objective import Trajectory
+from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.stages.composite import compose, composite_target
+from scapulohumeral.stages.model_files import ModelFiles, load_model
+from scapulohumeral.stages.muscle_scaling import muscle_groups
+from scapulohumeral.stages.posed_problem import (
+    PosedProblem,
+    SolveSettings,
+    Target,
+    hashes,
+    header,
+    pose,
+    read_result,
+    solve_posed,
+    store,
+)
+from scapulohumeral.stages.tracking import read_trial, tracking_target
+
+MODULE = "scapulohumeral.stages.reference_plant"
+
+
+@dataclass(frozen=True)
+class Plant:
+    """Factors on a participant's muscle parameters [1].
+
+    Attributes
+    ----------
+    force, fibre : maximum isometric force and optimal fibre length by virtual muscle group
+    activation_time, deactivation_time : of all muscles
+    """
+
+    force: Mapping[str, float]
+    fibre: Mapping[str, float]
+    activation_time: float
+    deactivation_time: float
+
+
+@dataclass(frozen=True)
+class PlantFiles:
+    """A plant, the channels its EMG is read on, and the participant's model."""
+
+    plant: Path
+    channels: Path
+    model: ModelFiles
+
+    @property
+    def participant(self) -> str:
+        """Name of the participant."""
+        return self.model.participant.parent.name
+
+
+@dataclass(frozen=True)
+class PlantOutputs:
+    """Files to write: raw EMG by trial, solution, its summary and the progress of the solver."""
+
+    raw: Mapping[str, Path]
+    solution: Path
+    summary: Path
+    solver_log: Path
+
+
+def read_plant(path: Path, groups: tuple[str, ...]) -> Plant:
+    """Read the parameters of a plant.
+
+    Raises
+    ------
+    ConfigError
+        If a virtual muscle group is missing or unknown, or a factor is not positive.
+    """
+    document: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if document.pop("schema", None) != "plant/1":
+        raise ConfigError(f"{path}: expected schema plant/1. Correct the first key.")
+    plant = Plant(**document)
+    for kind in ("force", "fibre"):
+        factors = getattr(plant, kind)
+        if set(factors) != set(groups) or not all(value > 0 for value in factors.values()):
+            raise ConfigError(
+                f"{path}, {kind}: {factors}; expected a positive factor for each of "
+                f"{', '.join(groups)}"
+            )
+    return plant
+
+
+def scaler_values(plant: Plant, scalers: Scalers) -> np.ndarray:
+    """Factors in the order of scalers, shape (2, G), forces first."""
+    return np.array([[kind[name] for name in scalers.names] for kind in (plant.force, plant.fibre)])
+
+
+def plant_muscles(record: Mapping[str, Any], channels: Channels, plant: Plant) -> MuscleParameters:
+    """Muscle parameters of the plant of a participant."""
+    scalers = muscle_groups(record, channels)
+    muscles = scalers.apply(muscle_parameters(record), scaler_values(plant, scalers))
+    return replace(
+        muscles,
+        activation_time=muscles.activation_time * plant.activation_time,
+        deactivation_time=muscles.deactivation_time * plant.deactivation_time,
+    )
+
+
+def simulate_elevations(
+    files: PlantFiles,
+    tracked: Sequence[Path],
+    settings: SolveSettings,
+    pause_s: float,
+    electrodes: SimulationSettings,
+    outputs: PlantOutputs,
+) -> None:
+    """Let the plant do the composite motion; write its raw EMG of each elevation.
+
+    Parameters
+    ----------
+    tracked : tracking solutions of the elevations, in the order of the composite motion
+    """
+    motions = [read_solution(path) for path in tracked]
+    composite = compose(motions, settings.time_step_s, pause_s)
+    posed = _pose(files, composite_target(composite), settings, 0.0)
+    done = _solve(posed, composite.trajectory, settings, outputs, files, trial="composite")
+    channels = read_channels(files.channels)
+    excitation = done.excitation @ channels.matrix(done.muscles.tolist()).T
+    for motion in motions:
+        trial = motion.header["trial"]
+        nodes = slice(*composite.nodes[trial])
+        stream = random_stream(electrodes.seed, files.participant, trial)
+        recording = simulate_recording(
+            motion.time_s, excitation[nodes], channels, electrodes, stream
+        )
+        write_recording(outputs.raw[trial], recording)
+
+
+def simulate_task(
+    trial: str,
+    files: PlantFiles,
+    settings: SolveSettings,
+    electrodes: SimulationSettings,
+    outputs: PlantOutputs,
+) -> None:
+    """Let the plant do a daily task as recorded; write its raw EMG."""
+    recording = read_trial(files.model, trial)
+    target = tracking_target(recording, settings.time_step_s)
+    posed = _pose(files, target, settings, recording.hand_load_kg)
+    done = _solve(posed, posed.cold_start(), settings, outputs, files, trial=trial)
+    channels = read_channels(files.channels)
+    excitation = done.excitation @ channels.matrix(done.muscles.tolist()).T
+    stream = random_stream(electrodes.seed, files.participant, trial)
+    raw = simulate_recording(done.time_s, excitation, channels, electrodes, stream)
+    write_recording(outputs.raw[trial], raw)
+
+
+def simulate_contractions(
+    participant: str, channels: Path, electrodes: SimulationSettings, mvc: Path
+) -> None:
+    """Write raw EMG of maximum voluntary contractions."""
+    stream = random_stream(electrodes.seed, participant, "mvc")
+    write_recording(mvc, simulate_mvc(read_channels(channels), electrodes, stream))
+
+
+def _pose(
+    files: PlantFiles, target: Target, settings: SolveSettings, hand_load_kg: float
+) -> PosedProblem:
+    model = load_model(files.model)
+    channels = read_channels(files.channels)
+    plant = read_plant(files.plant, channels.groups)
+    muscles = plant_muscles(model.record, channels, plant)
+    return pose(model, muscles, target, settings, hand_load_kg)
+
+
+def _solve(
+    posed: PosedProblem,
+    start: Trajectory,
+    settings: SolveSettings,
+    outputs: PlantOutputs,
+    files: PlantFiles,
+    trial: str,
+) -> Solution:
+    """Solve and store.
+
+    Raises
+    ------
+    SolveError
+        If the solve fails: there is no EMG to simulate then.
+    """
+    result = solve_posed(posed, start, settings, outputs.solver_log)
+    about = header(
+        posed,
+        result,
+        settings,
+        participant=files.participant,
+        trial=trial,
+        simulated=True,
+        hashes=hashes(files.model, [files.plant, files.channels], MODULE),
+    )
+    done = read_result(posed, result, about)
+    store(done, result, (outputs.solution, outputs.summary), {})
+    if not result.optimal:
+        raise SolveError(
+            f"reference plant of {files.participant}, {trial}: {result.message}. Look at "
+            f"{outputs.solver_log}; its EMG cannot be simulated"
+        )
+    return done

@@ -1,0 +1,118 @@
+"""Daily tasks that no calibration has seen: excitations with generic and calibrated muscles
+against EMG (paper, section on muscle parameter adjustment).
+
+Letters: N nodes, C channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.emg.channels import read_channels
+from scapulohumeral.emg.envelope import read_envelopes
+from scapulohumeral.errors import DataError
+from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.stages.calibration import calibrated_muscles
+from scapulohumeral.stages.model_files import ModelFiles, load_model
+from scapulohumeral.stages.posed_problem import (
+    SolveSettings,
+    hashes,
+    header,
+    pose,
+    read_result,
+    solve_posed,
+    store,
+)
+from scapulohumeral.stages.tracking import read_trial, tracking_target
+
+PARAMETERS = ("generic", "calibrated")
+
+
+@dataclass(frozen=True)
+class ValidationFiles:
+    """A participant's model, the EMG channels, and scalers (None: generic muscles)."""
+
+    model: ModelFiles
+    channels: Path
+    calibration: Path | None
+
+
+def solve_validation(
+    trial: str,
+    files: ValidationFiles,
+    settings: SolveSettings,
+    solution: tuple[Path, Path],
+    solver_log: Path,
+) -> None:
+    """Track one daily task with joint stability; write solution and summary."""
+    model = load_model(files.model)
+    muscles = calibrated_muscles(model.record, files.channels, files.calibration)
+    recording = read_trial(files.model, trial)
+    target = tracking_target(recording, settings.time_step_s)
+    posed = pose(model, muscles, target, settings, recording.hand_load_kg)
+    result = solve_posed(posed, posed.cold_start(), settings, solver_log)
+    others = [files.channels, recording.file] + ([files.calibration] if files.calibration else [])
+    about = header(
+        posed,
+        result,
+        settings,
+        participant=files.model.participant.parent.name,
+        trial=trial,
+        parameters="calibrated" if files.calibration else "generic",
+        hand_load_kg=recording.hand_load_kg,
+        hashes=hashes(files.model, others, "scapulohumeral.stages.validation"),
+    )
+    store(read_result(posed, result, about), result, solution, {})
+
+
+def compare_with_emg(solution: Path, channels: Path, envelope: Path) -> pd.DataFrame:
+    """Root mean square of excitation minus EMG per channel, columns channel, rmse.
+
+    A failed solve has no excitations: its errors are not numbers.
+    """
+    table = read_channels(channels)
+    solved = read_solution(solution, allow_failed=True)
+    matrix = table.matrix(solved.muscles.tolist())
+    measured = read_envelopes(envelope, table.names).at(solved.time_s)
+    error = solved.excitation @ matrix.T - measured
+    rmse = np.sqrt(np.mean(error**2, axis=0))
+    if solved.header["status"] != "optimal":
+        rmse = np.full(len(rmse), np.nan)
+    return pd.DataFrame({"channel": table.names, "rmse": rmse})
+
+
+def summarise_validation(
+    solutions: Sequence[Path], channels: Path, envelopes: Sequence[Path], summary: Path
+) -> None:
+    """Write a row per participant, task and channel: rmse_generic, rmse_calibrated.
+
+    Parameters
+    ----------
+    solutions : of both kinds of muscles, each with the envelope of its trial beside it
+    """
+    parts = []
+    for solution, envelope in zip(solutions, envelopes, strict=True):
+        about = read_solution(solution, allow_failed=True).header
+        if about["parameters"] not in PARAMETERS:
+            raise DataError(f"{solution}: muscles {about['parameters']!r}; expected {PARAMETERS}")
+        part = compare_with_emg(solution, channels, envelope)
+        part["parameters"] = about["parameters"]
+        part.insert(0, "task", about["trial"])
+        part.insert(0, "participant", about["participant"])
+        parts.append(part)
+    long = pd.concat(parts)
+    wide = long.pivot_table(
+        index=["participant", "task", "channel"],
+        columns="parameters",
+        values="rmse",
+        sort=False,
+        dropna=False,
+    )
+    wide = wide.dropna(how="all").add_prefix("rmse_")[[f"rmse_{name}" for name in PARAMETERS]]
+    wide["reduction"] = 1.0 - wide["rmse_calibrated"] / wide["rmse_generic"]
+    wide.reset_index().to_csv(summary, index=False, float_format="%.6g")

@@ -20,7 +20,6 @@ from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.model.rotations import Array
 
 # Share of the signature error that is spread over all channels, also those an effect leaves alone.
 SPREAD_SHARE = 0.3
@@ -40,9 +39,9 @@ class Hypothesis:
     """
 
     effects: tuple[Effect, ...]
-    at: Array
-    value: Array
-    slope: Array
+    at: np.ndarray
+    value: np.ndarray
+    slope: np.ndarray
 
     @property
     def label(self) -> str:
@@ -50,17 +49,17 @@ class Hypothesis:
         return " + ".join(sorted(effect.label for effect in self.effects))
 
     @property
-    def bounds(self) -> tuple[Array, Array]:
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper internal bounds (P,)."""
         ends = np.array([p.bounds for effect in self.effects for p in effect.params])
         return ends[:, 0], ends[:, 1]
 
     @property
-    def prior_sd(self) -> Array:
+    def prior_sd(self) -> np.ndarray:
         """Prior spread of the internal parameters, (P,)."""
         return np.array([p.prior_sd for effect in self.effects for p in effect.params])
 
-    def predict(self, x: Array) -> Array:
+    def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
         return self.value + self.slope @ (x - self.at)
 
@@ -78,14 +77,14 @@ class Fit:
     hypothesis : that was fitted
     x : (P,) internal parameters; covariance : (P, P) of them
     log_evidence : log density of the difference, whitened
-    unexplained : share of the difference beyond the floor that remains
+    left : sum of squares of the whitened difference that remains
     """
 
     hypothesis: Hypothesis
-    x: Array
-    covariance: Array
+    x: np.ndarray
+    covariance: np.ndarray
     log_evidence: float
-    unexplained: float
+    left: float
 
     @property
     def label(self) -> str:
@@ -93,7 +92,7 @@ class Fit:
         return self.hypothesis.label
 
     @property
-    def predicted(self) -> Array:
+    def predicted(self) -> np.ndarray:
         """Change (D,) that the fit predicts."""
         return self.hypothesis.predict(self.x)
 
@@ -108,7 +107,7 @@ class SignatureError:
     relative : error of each channel's predicted change, relative
     """
 
-    def __init__(self, comparison: Comparison, predicted: Array, relative: float) -> None:
+    def __init__(self, comparison: Comparison, predicted: np.ndarray, relative: float) -> None:
         size = comparison.functions.shape[1]
         blocks = predicted.reshape(-1, size)
         columns = np.zeros((len(predicted), len(blocks)))
@@ -122,12 +121,12 @@ class SignatureError:
         _, logdet = np.linalg.slogdet(inner)
         self.logdet = float(logdet) + (len(white) - len(blocks)) * float(np.log(self.floor))
 
-    def solve(self, vectors: Array) -> Array:
+    def solve(self, vectors: np.ndarray) -> np.ndarray:
         """Inverse of I + E times vectors (D,) or (D, P)."""
         inner = self.columns @ (self._inner @ (self.columns.T @ vectors))
         return (vectors - inner) / self.floor
 
-    def log_density(self, residual: Array) -> float:
+    def log_density(self, residual: np.ndarray) -> float:
         """Log density of a whitened residual (D,)."""
         quadratic = float(residual @ self.solve(residual))
         return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
@@ -147,28 +146,24 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     curvature = slope.T @ error.solve(slope) + prior.T @ prior
     residual = white - offset - slope @ x
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
-    log_prior = float(norm.logpdf(x, scale=hypothesis.prior_sd).sum()) + float(one_sided) * np.log(
-        2.0
-    )
+    log_prior = np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)) + one_sided * np.log(2.0)
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
         error.log_density(residual)
-        + log_prior
+        + float(log_prior)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
     )
-    left, before = float(residual @ residual), float(white @ white)
-    beyond = max(before - len(white), 1e-9)
-    unexplained = max(left - len(white), 0.0) / beyond if before > len(white) else 1.0
-    return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, min(unexplained, 9.99))
+    left = float(residual @ residual)
+    return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
 
 
 def _bounded(
-    slope: Array,
-    target: Array,
+    slope: np.ndarray,
+    target: np.ndarray,
     error: SignatureError,
-    prior: Array,
-    bounds: tuple[Array, Array],
-) -> Array:
+    prior: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
     """Least squares with a prior and bounds, residuals weighted by the signature error."""
     normal = slope.T @ error.solve(slope) + prior.T @ prior
     right = slope.T @ error.solve(target)
@@ -185,14 +180,16 @@ def no_gap_evidence(comparison: Comparison) -> float:
     return -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
 
 
-def black_box_evidence(comparison: Comparison, columns: Array) -> float:
+def black_box_evidence(
+    comparison: Comparison, columns: np.ndarray, sizes: Sequence[float] = BLACK_BOX_SIZES
+) -> float:
     """Log evidence of smooth disturbances (D, S) of unknown common size, the best of a few sizes.
 
     Averaged over the sizes, so that a better fit by a freer box is paid for.
     """
     white, columns = comparison.whiten(comparison.delta), comparison.whiten(columns)
     values = []
-    for size in BLACK_BOX_SIZES:
+    for size in sizes:
         covariance = np.eye(len(white)) + size**2 * columns @ columns.T
         factor = np.linalg.cholesky(covariance)
         scaled = np.linalg.solve(factor, white)
@@ -201,6 +198,17 @@ def black_box_evidence(comparison: Comparison, columns: Array) -> float:
             - np.log(np.diag(factor)).sum()
         )
     return float(np.logaddexp.reduce(values) - np.log(len(values)))
+
+
+def black_box_left(comparison: Comparison, columns: np.ndarray) -> float:
+    """Sum of squares that smooth disturbances (D, S) leave of the whitened difference.
+
+    It stands for the floor: more than this no cause that acts smoothly can explain.
+    """
+    white, columns = comparison.whiten(comparison.delta), comparison.whiten(columns)
+    left = white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
+    free = max(len(white) - columns.shape[1], 1)
+    return min(float(left @ left) * len(white) / free, float(len(white)))
 
 
 def task_agreement(

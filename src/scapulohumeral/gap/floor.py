@@ -25,7 +25,11 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.observe import channel_kind
 from scapulohumeral.gap.settings import GapSettings, ModelSpread, NoisePrior
 from scapulohumeral.gap.signatures import Response
-from scapulohumeral.model.rotations import Array
+
+# Phases of a movement between which errors of one trial are nearly independent.
+INDEPENDENT_PHASES = 3
+# No coefficient of a channel varies less than this share of its mean: rounding is no knowledge.
+LEAST_VARIANCE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Noise:
     degrees : degrees of freedom of the repeats behind it; 0 if there are none
     """
 
-    covariance: Array
+    covariance: np.ndarray
     degrees: int
 
     @property
@@ -54,38 +58,39 @@ class Comparison:
     Attributes
     ----------
     delta : (D,) test minus reference, or recorded minus predicted
-    covariance : (D, D)
+    covariance : (D, D); noise : (D, D) the part of it that repeats determine
     functions : (N, B) phase functions
     tasks : (T,) names; channels : (K,) names
     degrees : of the noise
     """
 
-    delta: Array
-    covariance: Array
-    functions: Array
+    delta: np.ndarray
+    covariance: np.ndarray
+    noise: np.ndarray
+    functions: np.ndarray
     tasks: tuple[str, ...]
     channels: tuple[str, ...]
     degrees: int
 
     @cached_property
-    def _factor(self) -> Array:
+    def _factor(self) -> np.ndarray:
         return np.linalg.cholesky(self.covariance)
 
-    def whiten(self, vectors: Array) -> Array:
+    def whiten(self, vectors: np.ndarray) -> np.ndarray:
         """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
         return solve_triangular(self._factor, vectors, lower=True)
 
-    def compress(self, curves: Sequence[Array]) -> Array:
+    def compress(self, curves: Sequence[np.ndarray]) -> np.ndarray:
         """Curves (..., N, K) of each task as coefficients (D, ...)."""
         return compress(curves, self.functions)
 
-    def curves(self, vector: Array) -> Array:
+    def curves(self, vector: np.ndarray) -> np.ndarray:
         """Curves (T, N, K) of coefficients (D,)."""
         shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
         return np.einsum("nb,tkb->tnk", self.functions, vector.reshape(shape))
 
     @cached_property
-    def spread(self) -> Array:
+    def spread(self) -> np.ndarray:
         """Standard deviations (T, N, K) of the curves."""
         count = len(self.tasks) * len(self.channels)
         size = self.functions.shape[1]
@@ -104,6 +109,7 @@ class Comparison:
         return Comparison(
             self.delta[rows],
             self.covariance[np.ix_(rows, rows)],
+            self.noise[np.ix_(rows, rows)],
             self.functions,
             kept,
             self.channels,
@@ -117,7 +123,7 @@ class Comparison:
         return np.concatenate([start + np.arange(size) for start in starts])
 
 
-def compress(curves: Sequence[Array], functions: Array) -> Array:
+def compress(curves: Sequence[np.ndarray], functions: np.ndarray) -> np.ndarray:
     """Coefficients (D, ...) of curves (..., N, K), one array per task."""
     parts = []
     for curve in curves:
@@ -127,7 +133,7 @@ def compress(curves: Sequence[Array], functions: Array) -> Array:
 
 
 def trial_noise(
-    groups: Sequence[Array], channels: Sequence[str], functions: Array, prior: NoisePrior
+    groups: Sequence[np.ndarray], channels: Sequence[str], functions: np.ndarray, prior: NoisePrior
 ) -> Noise:
     """Covariance between repeats.
 
@@ -165,16 +171,19 @@ def trial_noise(
             prior_variance[kinds == kind] / prior_variance[kinds == kind].sum(axis=1)[:, None]
         )
         spectrum[kinds == kind] = weight * shares.mean(axis=0) + (1.0 - weight) * expected
+    spectrum = np.maximum(spectrum, LEAST_VARIANCE / size)
     target = np.diag((total[:, None] * spectrum).ravel())
     return Noise(0.5 * weight * sample + (1.0 - 0.5 * weight) * target, degrees)
 
 
-def _shares(variance: Array) -> Array:
+def _shares(variance: np.ndarray) -> np.ndarray:
     """Rows of variances (K, B) divided by their sums."""
     return variance / np.maximum(variance.sum(axis=1, keepdims=True), 1e-12)
 
 
-def _variances(channels: Sequence[str], spread: dict[str, float], functions: Array) -> Array:
+def _variances(
+    channels: Sequence[str], spread: dict[str, float], functions: np.ndarray
+) -> np.ndarray:
     """Variances (K, B) of coefficients of smooth curves with given standard deviations."""
     names = {"kinematics": "kinematics_deg", "emg": "emg", "contact_force": "contact_N"}
     shape = 1.0 / (1.0 + np.arange(functions.shape[1])) ** 2
@@ -182,24 +191,36 @@ def _variances(channels: Sequence[str], spread: dict[str, float], functions: Arr
     return len(functions) * level[:, None] * shape / shape.sum()
 
 
+def draws(comparison: Comparison, count: int, seed: int) -> np.ndarray:
+    """Differences without any effect, (D, count), noise estimated from few repeats included."""
+    rng = np.random.default_rng(seed)
+    factors = [
+        np.linalg.cholesky(part + 1e-12 * np.eye(len(part)) * np.trace(part) / len(part))
+        for part in (comparison.noise, comparison.covariance - comparison.noise)
+    ]
+    noise, rest = (factor @ rng.normal(size=(len(factor), count)) for factor in factors)
+    # The size of the noise is estimated itself; channels share their estimates, each with several
+    # independent phases, which counts like as many more repeats.
+    degrees = max(comparison.degrees, 1) * INDEPENDENT_PHASES
+    return rest + noise * np.sqrt(degrees / rng.chisquare(degrees, count))
+
+
 def total_covariance(
-    noise: Noise,
-    weights: Sequence[float],
+    noise: np.ndarray,
     responses: Sequence[Response],
-    functions: Array,
+    functions: np.ndarray,
     model: tuple[ModelSpread, Sequence[str]] | None,
-) -> Array:
+) -> np.ndarray:
     """Covariance (D, D) of a difference without any effect.
 
     Parameters
     ----------
-    noise : of one trial
-    weights : (T,) of it in each task: 1 / n_test + 1 / n_reference
+    noise : (D, D) of the mean differences between repeats
     responses : of the tasks, with nuisances
     functions : (N, B)
     model : spread of the model's own error and names of the channels; None with reference trials
     """
-    total = block_diag(*(weight * noise.covariance for weight in weights))
+    total = noise.copy()
     posture = [compress([response.posture], functions) for response in responses]
     total += block_diag(*(columns @ columns.T for columns in posture))
     session = compress([response.session for response in responses], functions)
@@ -207,7 +228,7 @@ def total_covariance(
     if model is not None:
         spread, channels = model
         total += np.diag(
-            np.tile(_variances(channels, vars(spread), functions).ravel(), len(weights))
+            np.tile(_variances(channels, vars(spread), functions).ravel(), len(responses))
         )
     return total
 

@@ -74,7 +74,7 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
 def _averaged(time_s: Array, values: Array, times: Array) -> Array:
     """Means of curves (T, C) over one step about each of the times (N,), (N, C)."""
     half = 0.5 * (times[1] - times[0])
-    area = cumulative_trapezoid(values, time_s, axis=0, initial=0.0)
+    area = cumulative_trapezoid(values, time_s, axis=0, initial=0)
     low, high = (np.clip(times + sign * half, time_s[0], time_s[-1]) for sign in (-1.0, 1.0))
     curves = [
         (np.interp(high, time_s, column) - np.interp(low, time_s, column)) / (high - low)

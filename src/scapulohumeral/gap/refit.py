@@ -14,7 +14,6 @@ from scapulohumeral.gap.observe import difference
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures import Linearised, Recorder, Response, record_derivative
-from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solver import Start
 
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
@@ -26,7 +25,7 @@ def refit(
     first: Fit,
     comparison: Comparison,
     responses: Sequence[Response],
-    gains: Array,
+    gains: np.ndarray,
     model: ParticipantModel,
     recorder: Recorder,
     settings: GapSettings,
@@ -62,7 +61,7 @@ def refit(
     return current
 
 
-def _limited(current: Fit) -> Array:
+def _limited(current: Fit) -> np.ndarray:
     """The fitted parameters, no further than a trusted step from the linearisation."""
     hypothesis = current.hypothesis
     reach = LARGEST_STEP * hypothesis.prior_sd
@@ -73,13 +72,13 @@ def _limited(current: Fit) -> Array:
 
 def resolve(
     effect: Effect,
-    x: Array,
+    x: np.ndarray,
     response: Response,
     start: Start,
     model: ParticipantModel,
     recorder: Recorder,
     settings: GapSettings,
-) -> tuple[Array, Array, Start]:
+) -> tuple[np.ndarray, np.ndarray, Start]:
     """Change (N, K) by an effect at internal parameters (P,), its derivative (P, N, K), solution.
 
     Raises

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.gap.effects.base import Body, Effect, Observed
 from scapulohumeral.gap.effects.emd import PARAMS as DELAY
 from scapulohumeral.gap.effects.emd import Emd
@@ -70,6 +71,8 @@ class Response:
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
     slack : (10, F, N, K) change per N m of each smooth generalised force
+    levers : (N - 1, 10, M) generalised forces of full activations at mesh midpoints [N m]
+    needed : (N - 1, 10) generalised forces that the muscles have to produce there [N m]
     """
 
     task: str
@@ -80,6 +83,8 @@ class Response:
     posture: Array
     session: Array
     slack: Array
+    levers: Array
+    needed: Array
 
 
 def respond(
@@ -100,6 +105,7 @@ def respond(
     point = move.solved(move.body, move.cold_start(), settings.iterations)
     move = with_tendon_load(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)
+    levers, needed = _balance(move, point)
     return Response(
         task=task,
         anchor=anchor,
@@ -109,7 +115,21 @@ def respond(
         posture=settings.session.posture_deg * local.posture(),
         session=session_changes(anchor, settings),
         slack=local.slack(),
+        levers=levers,
+        needed=needed,
     )
+
+
+def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
+    """What muscles can do and have to do at the mesh midpoints of a solution."""
+    x = move.trajectory(point)
+    q, u = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u))
+    rate = np.diff(x.u, axis=0) / move.objective.step
+    z = np.hstack([q, u, rate, np.zeros((len(q), 3))])
+    rest = np.zeros((len(q), x.a.shape[1]))
+    passive, _, by_activation = move.forces.jacobian(q, u, rest, move.body.muscles)
+    load = move.forces.dynamics.residual(z, pack(move.body.parameters)) + passive
+    return by_activation[:, :DOF], -load[:, :DOF]
 
 
 class Linearised:

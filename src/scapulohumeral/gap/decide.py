@@ -1,0 +1,222 @@
+"""From evidence to the answer: probabilities, classes of what cannot be told apart, the 90 % set.
+
+Probabilities hold if the cause is in the library, and as far as their temperature is calibrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from scapulohumeral.gap.attribute import Fit, distance
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.result import (
+    NO_GAP,
+    NONE,
+    Amplitude,
+    Candidate,
+    Detectable,
+    EffectClass,
+)
+
+APART = 0.95
+COVERAGE = 0.9
+POWER = 0.8
+# Candidates below this probability are not compared with each other.
+NEGLIGIBLE = 0.01
+AT_BOUND = 1e-6
+# Prior share of two effects at once.
+PAIRS = 0.1
+# Without a gap above the floor, or with one, "no gap" is at least, or at most, as probable.
+UNDECIDED = 0.5
+DETECTION_ERROR = 0.05
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Probabilities of all hypotheses: of labels, of none of these, and of no gap."""
+
+    labels: Mapping[str, float]
+    none: float
+    no_gap: float
+
+
+def priors(effects: Sequence[Effect], reserved: float) -> dict[str, float]:
+    """Prior of each effect: families share what is not reserved, members share their family's."""
+    families: dict[tuple[str, str], list[str]] = {}
+    for effect in effects:
+        families.setdefault((effect.side, effect.family), []).append(effect.label)
+    each = (1.0 - reserved) / len(families)
+    return {label: each / len(labels) for labels in families.values() for label in labels}
+
+
+def posterior(
+    fits: Sequence[Fit],
+    prior: Mapping[str, float],
+    none: tuple[float, float],
+    no_gap: tuple[float, float],
+    temperature: float,
+    present: bool,
+) -> Posterior:
+    """Probabilities by Bayes' rule with tempered evidence.
+
+    Parameters
+    ----------
+    fits : of all hypotheses; prior : of each label
+    none, no_gap : prior and log evidence of both
+    temperature : divides all log evidence: above one, evidence counts less than it claims
+    present : whether the difference exceeds the floor
+    """
+    evidence = [f.log_evidence for f in fits] + [none[1], no_gap[1]]
+    weights = [prior[f.label] for f in fits] + [none[0], no_gap[0]]
+    logs = np.array(evidence) / temperature + np.log(weights)
+    p = np.exp(logs - logs.max())
+    p /= p.sum()
+    nothing = min(p[-1], UNDECIDED) if present else max(p[-1], UNDECIDED)
+    rest = p[:-1] / p[:-1].sum() * (1.0 - nothing)
+    return Posterior(
+        dict(zip([f.label for f in fits], rest[:-1].tolist(), strict=True)),
+        float(rest[-1]),
+        float(nothing),
+    )
+
+
+def conformal_set(found: Posterior) -> tuple[str, ...]:
+    """The most probable answers that together reach 90 %."""
+    every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+    ordered = sorted(every, key=lambda label: -every[label])
+    total = np.cumsum([every[label] for label in ordered])
+    return tuple(ordered[: int(np.searchsorted(total, COVERAGE) + 1)])
+
+
+def amplitudes(fitted: Fit) -> tuple[Amplitude, ...]:
+    """Fitted parameters with 95 % intervals, in their units."""
+    params = [p for effect in fitted.hypothesis.effects for p in effect.params]
+    low, high = fitted.hypothesis.bounds
+    rows = []
+    for i, param in enumerate(params):
+        x, sd = float(fitted.x[i]), float(np.sqrt(fitted.covariance[i, i]))
+        ends = sorted(
+            param.physical(float(np.clip(x + sign * 1.96 * sd, low[i], high[i])))
+            for sign in (-1.0, 1.0)
+        )
+        near = AT_BOUND + 1e-3 * (high[i] - low[i])
+        # The value at which an effect is absent is no bound that data run into.
+        at_bound = any(abs(x - end) < near and abs(end) > near for end in (low[i], high[i]))
+        value = param.physical(x)
+        rows.append(Amplitude(param.name, value, (ends[0], ends[1]), param.unit, at_bound))
+    return tuple(rows)
+
+
+def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
+    """Fits that are not negligible, the most probable first."""
+    kept = [f for f in fits if found.labels[f.label] >= NEGLIGIBLE]
+    return sorted(kept, key=lambda f: -found.labels[f.label])
+
+
+def classes(fits: Sequence[Fit], comparison: Comparison, relative_error: float) -> list[list[str]]:
+    """Labels that these trials cannot tell apart, by complete linkage in the order of the fits."""
+    apart = separability(fits, comparison, relative_error)
+    groups: list[list[int]] = []
+    for i in range(len(fits)):
+        home = next((g for g in groups if all(apart[i, k] < APART for k in g)), None)
+        if home is None:
+            groups.append([i])
+        else:
+            home.append(i)
+    return [[fits[i].label for i in group] for group in groups]
+
+
+def separability(fits: Sequence[Fit], comparison: Comparison, relative_error: float) -> np.ndarray:
+    """Probability that these trials tell two fitted hypotheses apart, symmetric.
+
+    Phi(d / 2) with d the distance, in units of noise and signature error, that the better of both
+    refits leaves: two normal distributions at this distance are told apart as often.
+    """
+    count = len(fits)
+    result = np.full((count, count), 0.5)
+    for i in range(count):
+        for k in range(i):
+            d = min(
+                distance(fits[i], fits[k].hypothesis, comparison, relative_error),
+                distance(fits[k], fits[i].hypothesis, comparison, relative_error),
+            )
+            result[i, k] = result[k, i] = float(norm.cdf(0.5 * d))
+    return result
+
+
+def candidates(
+    fits: Sequence[Fit],
+    found: Posterior,
+    groups: Sequence[Sequence[str]],
+    agreement: Mapping[str, float | None],
+    ends: tuple[float, float],
+) -> tuple[Candidate, ...]:
+    """All hypotheses as candidates, the most probable first.
+
+    `ends` are the sums of squares of the whole whitened difference, and of its floor.
+    """
+    whole, floor = ends
+    home = {label: i + 1 for i, group in enumerate(groups) for label in group}
+    rows = [
+        Candidate(
+            label=f.label,
+            level=_level(f.label, groups),
+            p=found.labels[f.label],
+            class_id=home.get(f.label),
+            unexplained_share=max(f.left - floor, 0.0) / max(whole - floor, 1e-9),
+            task_agreement_p=agreement.get(f.label),
+            parameters=amplitudes(f),
+        )
+        for f in fits
+    ]
+    return tuple(sorted(rows, key=lambda row: -row.p))
+
+
+def _level(label: str, groups: Sequence[Sequence[str]]) -> str:
+    """How deep side/family/member is resolved: as far as the mates in the class agree."""
+    mates = next((group for group in groups if label in group), [label])
+    for depth, name in ((3, "member"), (2, "family")):
+        if len({"/".join(mate.split("/")[:depth]) for mate in mates}) == 1:
+            return name
+    return "side"
+
+
+def effect_classes(
+    groups: Sequence[Sequence[str]], found: Posterior, splitting: Mapping[str, str]
+) -> tuple[EffectClass, ...]:
+    """Classes in words, with what would split them."""
+    rows = []
+    for i, group in enumerate(groups):
+        p = [found.labels[label] for label in group]
+        text = f"{group[0]} stands alone: these trials tell it from the others."
+        if len(group) > 1:
+            text = (
+                f"{' or '.join(group)}; these trials cannot tell. "
+                f"What would: {splitting.get(group[0], 'each effect alone')}."
+            )
+        rows.append(EffectClass(i + 1, tuple(group), float(sum(p)), max(p) / sum(p), text))
+    return tuple(rows)
+
+
+def smallest_detectable(
+    fits: Sequence[Fit], comparison: Comparison, families: int
+) -> tuple[Detectable, ...]:
+    """Primary amplitudes that a test of each effect would find with power 0.8."""
+    needed = norm.isf(DETECTION_ERROR / (2.0 * families)) + norm.ppf(POWER)
+    rows = []
+    for f in fits:
+        if len(f.hypothesis.effects) > 1:
+            continue
+        param = f.hypothesis.effects[0].params[0]
+        size = float(np.linalg.norm(comparison.whiten(f.hypothesis.slope[:, 0])))
+        low, high = param.bounds
+        internal = needed / max(size, 1e-12) * (1.0 if high > 0.0 else -1.0)
+        if low <= internal <= high:
+            value = param.physical(float(internal))
+            rows.append(Detectable(f.label, param.name, value, param.unit, POWER))
+    return tuple(rows)

@@ -1,0 +1,267 @@
+"""The inference of a diagnosis: is there a gap, where, which effect, how far does it shrink.
+
+Reference mode explains the difference between test and reference trials of the same task, in which
+errors of the model cancel to first order. Without reference trials the difference between record
+and prediction is explained, with the spread of the model's own error as noise.
+
+Letters: T tasks, N nodes, K channels, D coefficients.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from scapulohumeral.gap import decide
+from scapulohumeral.gap.attribute import (
+    Fit,
+    black_box_evidence,
+    black_box_left,
+    no_gap_evidence,
+    strongest,
+    task_agreement,
+)
+from scapulohumeral.gap.case import Case
+from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records, screen
+from scapulohumeral.gap.floor import read_bank
+from scapulohumeral.gap.library import untestable
+from scapulohumeral.gap.locate import (
+    Presence,
+    Shows,
+    entered_regions,
+    no_cost,
+    presence,
+    shown_regions,
+    shows,
+)
+from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.result import (
+    Diagnosis,
+    Gap,
+    Regions,
+    Robustness,
+    Size,
+    Status,
+    describe_inputs,
+)
+from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.shrinkage import shrinkage
+from scapulohumeral.gap.tables import (
+    amplitude_table,
+    enters_table,
+    isolability_table,
+    overlay_table,
+    plain_tables,
+    shows_table,
+    signature_table,
+)
+from scapulohumeral.provenance import SOURCE_ROOT
+
+__all__ = ["diagnose", "read_settings"]
+
+log = logging.getLogger(__name__)
+
+# Verdicts that hold in fewer of the variants than this are not decided.
+STABLE = 0.5
+
+
+def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
+    """Diagnose a case.
+
+    Parameters
+    ----------
+    case : trials; model : nominal model of the participant
+    settings : see :func:`read_settings`
+
+    Raises
+    ------
+    SolveError                       a nominal movement cannot be solved
+    """
+    warnings: list[str] = []
+    records = read_records(case, model, settings, warnings)
+    bank, reason = read_bank(_bank_path(settings), settings)
+    if bank is None:
+        warnings.append(
+            f"{reason}: thresholds are simulated from the repeats of this case alone and "
+            "probabilities are not calibrated"
+        )
+    mode = "reference" if records.reference else "no_reference"
+    inflation = bank.inflation[mode] if bank else 1.0
+    temperature = bank.temperature[mode] if bank else settings.temperature
+    settings = replace(settings, temperature=temperature)
+    evidence = gather(case, records, model, settings, warnings)
+    found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
+    slopes = [f.hypothesis.slope for f in screen(evidence, settings.signature_error)]
+    is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
+    log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
+    fits = fit_all(
+        evidence, case.threads, is_there.present, model, records.recorder, settings, warnings
+    )
+    return _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
+
+
+def _bank_path(settings: GapSettings) -> Path:
+    return SOURCE_ROOT.parent / "config" / settings.null_bank
+
+
+def _answer(
+    case: Case,
+    records: Records,
+    evidence: Evidence,
+    where: tuple[Presence, Shows],
+    fits: Sequence[Fit],
+    settings: GapSettings,
+    warnings: list[str],
+) -> Diagnosis:
+    c, error = evidence.comparison, settings.signature_error
+    is_there, found = where
+    present = is_there.present
+    p = _posterior(evidence, fits, settings, present)
+    likely = decide.likely(fits, p)
+    groups = decide.classes(likely, c, error)
+    best = max(fits, key=lambda f: p.labels[f.label])
+    white = c.whiten(c.delta)
+    ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
+    robust, variants = _robustness(evidence, settings, best, present)
+    agreement, by_task = task_agreement(best.hypothesis, c, error)
+    splitting = {e.label: e.splitting for e in evidence.effects}
+    shows_, enters, rows = _regions(case, records, evidence, found, settings, present)
+    status, why = _status(robust, present)
+    cost = shrinkage(best, c, evidence.trials, error, case.seed) if present else None
+    if not records.reference:
+        warnings.append("no reference trials: errors of the model itself lower all confidence")
+    if cost and any(s and s.ci95 is None for s in vars(cost).values() if hasattr(s, "ci95")):
+        warnings.append("shrinkage: fewer than four parts, so some shares have no interval")
+    return Diagnosis(
+        status=status,
+        status_reason=why,
+        mode=case.mode,
+        inputs=describe_inputs(case),
+        gap=_gap(evidence, is_there, fits, records),
+        regions=Regions(shows_, enters),
+        candidates=decide.candidates(fits, p, groups, {best.label: agreement}, ends),
+        none_p=p.none,
+        no_gap_p=p.no_gap,
+        set90=decide.conformal_set(p),
+        classes=decide.effect_classes(groups, p, splitting),
+        shrinkage=cost,
+        untestable=untestable(evidence.effects),
+        robustness=robust,
+        warnings=tuple(warnings),
+        curves={
+            "shows": shows_table(c, found),
+            "enters": enters_table(rows),
+            "overlay": overlay_table(c, best),
+            "signature": signature_table(c, best),
+            "isolability": isolability_table(likely, decide.separability(likely, c, error)),
+            "amplitude": amplitude_table(best, by_task),
+            **plain_tables({"robustness": variants}),
+        },
+    )
+
+
+def _posterior(
+    evidence: Evidence, fits: Sequence[Fit], settings: GapSettings, present: bool
+) -> decide.Posterior:
+    c = evidence.comparison
+    return decide.posterior(
+        fits,
+        evidence.prior,
+        (settings.prior_none, black_box_evidence(c, evidence.boxes.columns)),
+        (settings.prior_no_gap, no_gap_evidence(c)),
+        settings.temperature,
+        present,
+    )
+
+
+def _regions(
+    case: Case,
+    records: Records,
+    evidence: Evidence,
+    found: Shows,
+    settings: GapSettings,
+    present: bool,
+) -> tuple:
+    """Both maps, and the rows of the curves of the second; regions only if there is a gap."""
+    c = evidence.comparison
+    enters, rows = entered_regions(c, evidence.boxes, settings.alpha, case.seed)
+    halves = []
+    for part in (0, 1):
+        chosen = [
+            [t.comparison.delta for t in evidence.trials if t.task == task][part::2]
+            for task in c.tasks
+        ]
+        if all(chosen):
+            halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
+    if not present:
+        return (), (), rows
+    return shown_regions(found, c, halves if len(halves) == 2 else []), enters, rows
+
+
+def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records) -> Gap:
+    c = evidence.comparison
+    emg = (
+        [
+            np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
+            for task in c.tasks
+        ]
+        if records.recorder.channels
+        else []
+    )
+    families = len({(e.side, e.family) for e in evidence.effects})
+    return Gap(
+        present=is_there.present,
+        p_value=is_there.p_value,
+        statistic=is_there.statistic,
+        value=is_there.value,
+        threshold=is_there.threshold,
+        floor_source=evidence.noise.source,
+        size=Size(is_there.value, (max(is_there.value - 1.96, 0.0), is_there.value + 1.96)),
+        no_cost=no_cost(evidence.responses, emg, records.recorder),
+        smallest_detectable=decide.smallest_detectable(fits, c, families),
+    )
+
+
+def _robustness(
+    evidence: Evidence, settings: GapSettings, best: Fit, present: bool
+) -> tuple[Robustness | None, list[tuple[str, str, bool]]]:
+    """Whether the winning family stays, with other errors and without single tasks or kinds.
+
+    Screening is repeated with derivatives at the nominal solution, which costs no solve.
+    """
+    if not present:
+        return None, []
+    c = evidence.comparison
+    family = [(e.side, e.family) for e in best.hypothesis.effects]
+    cells: dict[str, tuple[Evidence, float]] = {
+        f"signature error x {factor}": (evidence, factor * settings.signature_error)
+        for factor in (0.5, 1.0, 2.0)
+    }
+    for factor in (0.5, 2.0):
+        scaled = replace(c, covariance=factor * c.covariance)
+        cells[f"noise x {factor}"] = (
+            replace(evidence, comparison=scaled),
+            settings.signature_error,
+        )
+    for task in c.tasks if len(c.tasks) > 1 else ():
+        rest = [other for other in c.tasks if other != task]
+        kept = tuple(r for r in evidence.responses if r.task != task)
+        part = replace(evidence, comparison=c.part(rest), responses=kept)
+        cells[f"without {task}"] = (part, settings.signature_error)
+    rows = []
+    for name, (variant, error) in cells.items():
+        winner = strongest(screen(variant, error), evidence.prior, 1)[0].hypothesis.effects[0]
+        rows.append((name, winner.label, (winner.side, winner.family) in family))
+    return Robustness(len(rows), sum(agrees for _, _, agrees in rows)), rows
+
+
+def _status(robust: Robustness | None, present: bool) -> tuple[Status, str]:
+    if present and robust is not None and robust.agree < STABLE * robust.cells:
+        return "abstained", (
+            f"the most probable cause holds in {robust.agree} of {robust.cells} variants only"
+        )
+    return "ok", ""

@@ -1,0 +1,317 @@
+"""What a case is decided from: records, nominal solutions, differences, and all effects fitted.
+
+Letters: T tasks, N nodes, K channels, D coefficients.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap import decide
+from scapulohumeral.gap.attribute import Fit, Hypothesis, fit, pair, strongest
+from scapulohumeral.gap.case import Case, GapTrial
+from scapulohumeral.gap.effects.base import Effect, Observed, Setup
+from scapulohumeral.gap.floor import Comparison, Noise, compress, total_covariance, trial_noise
+from scapulohumeral.gap.forward import nominal_body
+from scapulohumeral.gap.library import library
+from scapulohumeral.gap.locate import Disturbances, disturbances
+from scapulohumeral.gap.observe import (
+    channel_names,
+    difference,
+    electrode_matrix,
+    mean,
+    phase_functions,
+    recorded,
+)
+from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.refit import refit
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.gap.shrinkage import TrialDifference
+from scapulohumeral.gap.signatures import Recorder, Response, respond
+
+log = logging.getLogger(__name__)
+
+SHOULDER_JOINTS = 3
+# How well the model's EMG level is known before it has been compared with the reference.
+GAIN_PRIOR_SD = 0.5
+# Pairs are considered among this many of the short list.
+PAIRED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Records:
+    """Recorded trials of the tasks that are compared.
+
+    Attributes
+    ----------
+    test, reference : task -> trials; no reference in no-reference mode
+    anchors : task -> mean record to which changes are relative
+    recorder : what is recorded; channels : (K,) names
+    """
+
+    test: Mapping[str, Sequence[Observed]]
+    reference: Mapping[str, Sequence[Observed]]
+    anchors: Mapping[str, Observed]
+    recorder: Recorder
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What the decision is made from.
+
+    Attributes
+    ----------
+    comparison : difference to explain; trials : of single test trials
+    noise : between repeats
+    effects, prior : the library and the prior of its labels
+    responses, gains : nominal solutions and (K,) factors on their changes
+    boxes : smooth disturbances
+    """
+
+    comparison: Comparison
+    trials: tuple[TrialDifference, ...]
+    noise: Noise
+    effects: tuple[Effect, ...]
+    prior: dict[str, float]
+    responses: tuple[Response, ...]
+    gains: np.ndarray
+    boxes: Disturbances
+
+
+def read_records(
+    case: Case, model: ParticipantModel, settings: GapSettings, warnings: list[str]
+) -> Records:
+    """Records of the tasks that have trials on both sides, or of all without reference trials.
+
+    `warnings` gets one sentence per task that is left out.
+    """
+
+    def observed(trials: Iterable[GapTrial]) -> dict[str, list[Observed]]:
+        tasks: dict[str, list[Observed]] = {}
+        for trial in trials:
+            one = recorded(trial, case.channels, case.has_contact, settings.nodes)
+            tasks.setdefault(trial.task, []).append(one)
+        return tasks
+
+    test, reference = observed(case.test), observed(case.reference)
+    common = [task for task in test if task in reference]
+    if case.reference and not common:
+        warnings.append("no task has both test and reference trials: compared with the model alone")
+    elif case.reference and len(common) < len(test):
+        left = ", ".join(sorted(set(test) - set(common)))
+        warnings.append(f"tasks without reference trials are left out: {left}")
+    tasks = common or list(test)
+    base = reference if common else test
+    groups = nominal_body(model, settings.nodes).groups
+    electrodes = electrode_matrix(
+        [case.participant.emg_channels[name] for name in case.channels], groups
+    )
+    return Records(
+        test={task: test[task] for task in tasks},
+        reference={task: reference[task] for task in tasks} if common else {},
+        anchors={task: mean(base[task]) for task in tasks},
+        recorder=Recorder(case.channels, electrodes, case.has_contact),
+        channels=channel_names(case.channels, case.has_contact),
+    )
+
+
+def _setup(case: Case, model: ParticipantModel, settings: GapSettings) -> Setup:
+    body = nominal_body(model, settings.nodes)
+    moving = body.groups[body.crossing[:, :SHOULDER_JOINTS].any(axis=1)]
+    return Setup(
+        tuple(sorted(set(moving.tolist()))),
+        case.channels,
+        case.participant.neighbours,
+        case.has_contact,
+    )
+
+
+def gather(
+    case: Case,
+    records: Records,
+    model: ParticipantModel,
+    settings: GapSettings,
+    warnings: list[str],
+) -> Evidence:
+    """Solve and differentiate the nominal movements, and compare records with them.
+
+    Raises
+    ------
+    SolveError                       a nominal movement cannot be solved
+    """
+    effects = library(_setup(case, model, settings))
+    local = settings
+    if not records.reference:
+        # Errors of electrodes and of the model's EMG levels are one unknown here.
+        session = replace(settings.session, emg_gain=settings.model.emg_gain)
+        local = replace(settings, session=session)
+    jobs = [
+        (task, anchor, model, effects, records.recorder, local)
+        for task, anchor in records.anchors.items()
+    ]
+    responses = tuple(side_by_side(respond, jobs, case.threads))
+    gains = _gains(responses, records) if records.reference else np.ones(len(records.channels))
+    functions = phase_functions(settings.nodes, settings.phase_functions)
+    noise = _noise(records, functions, settings)
+    if not noise.degrees:
+        warnings.append("no task was repeated: noise levels are those of the configuration")
+    comparison, trials = _comparison(records, responses, noise, functions, settings)
+    reserved = settings.prior_no_gap + settings.prior_none
+    return Evidence(
+        comparison=comparison,
+        trials=trials,
+        noise=noise,
+        effects=effects,
+        prior=decide.priors(effects, reserved),
+        responses=responses,
+        gains=gains,
+        boxes=disturbances(responses, comparison, settings.noise.emg),
+    )
+
+
+def _gains(responses: Sequence[Response], records: Records) -> np.ndarray:
+    """Factors (K,) by which the reference trials exceed the EMG that the model predicts.
+
+    Least squares on the logarithm with a prior: what the model's level misses is known from the
+    reference, and scales predicted changes too.
+    """
+    gains = np.ones(len(records.channels))
+    for k, name in enumerate(records.recorder.channels):
+        pairs = [(r.anchor.emg, r.nominal.emg) for r in responses]
+        found = np.concatenate([a[:, k] for a, _ in pairs if a is not None])
+        expected = np.concatenate([b[:, k] for _, b in pairs if b is not None])
+        ratio = max(float(found @ expected), 1e-9) / max(float(expected @ expected), 1e-9)
+        # ASSUME: the ratio itself is known to half its prior spread.
+        shrunk = np.log(ratio) / (1.0 + 0.25)
+        gains[records.channels.index(name)] = np.exp(
+            np.clip(shrunk, -3.0 * GAIN_PRIOR_SD, 3.0 * GAIN_PRIOR_SD)
+        )
+    return gains
+
+
+def _noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
+    groups = [
+        np.stack([difference(one, records.anchors[task]) for one in trials])
+        for side in (records.test, records.reference)
+        for task, trials in side.items()
+    ]
+    return trial_noise(groups, records.channels, functions, settings.noise)
+
+
+def _comparison(
+    records: Records,
+    responses: Sequence[Response],
+    noise: Noise,
+    functions: np.ndarray,
+    settings: GapSettings,
+) -> tuple[Comparison, tuple[TrialDifference, ...]]:
+    tasks = tuple(records.anchors)
+    bases = [records.anchors[r.task] if records.reference else r.nominal for r in responses]
+    singles = [
+        [difference(one, base) for one in records.test[task]]
+        for task, base in zip(tasks, bases, strict=True)
+    ]
+    spread = None if records.reference else (settings.model, records.channels)
+    counts = [len(records.reference.get(task, ())) for task in tasks]
+
+    def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Comparison:
+        weights = [
+            1.0 / n + (1.0 / counts[i] if counts[i] else 0.0)
+            for n, i in zip(trials, index, strict=True)
+        ]
+        repeats = block_diag(*(weight * noise.covariance for weight in weights))
+        return Comparison(
+            delta=compress(curves_, functions),
+            covariance=total_covariance(repeats, [responses[i] for i in index], functions, spread),
+            noise=repeats,
+            functions=functions,
+            tasks=tuple(tasks[i] for i in index),
+            channels=records.channels,
+            degrees=noise.degrees,
+        )
+
+    whole = made(
+        [np.mean(curves_, axis=0) for curves_ in singles],
+        [len(curves_) for curves_ in singles],
+        range(len(tasks)),
+    )
+    trials = tuple(
+        TrialDifference(task, made([curve], [1], range(i, i + 1)))
+        for i, task in enumerate(tasks)
+        for curve in singles[i]
+    )
+    return whole, trials
+
+
+def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: int) -> list[Any]:
+    """Results of independent jobs, at most two at a time."""
+    workers = min(threads, 2, len(jobs))
+    if workers < 2:
+        return [function(*job) for job in jobs]
+    with ProcessPoolExecutor(workers) as pool:
+        futures = [pool.submit(function, *job) for job in jobs]
+        return [future.result() for future in futures]
+
+
+def fit_all(
+    evidence: Evidence,
+    threads: int,
+    present: bool,
+    model: ParticipantModel,
+    recorder: Recorder,
+    settings: GapSettings,
+    warnings: list[str],
+) -> list[Fit]:
+    """All effects fitted; the strongest by solving again; pairs of the strongest."""
+    c, error = evidence.comparison, settings.signature_error
+    fits = {f.label: f for f in screen(evidence, error)}
+    if not present:
+        return list(fits.values())
+    short = strongest(list(fits.values()), evidence.prior, settings.short_list)
+    log.info("short list: %s", ", ".join(f.label for f in short))
+    jobs = [(f, c, evidence.responses, evidence.gains, model, recorder, settings) for f in short]
+    for before, after in zip(short, side_by_side(_refit_or_keep, jobs, threads), strict=True):
+        if after is None:
+            warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
+        else:
+            fits[before.label] = after
+    short = strongest([fits[f.label] for f in short], evidence.prior, PAIRED)
+    pairs = [
+        fit(pair(one, two), c, error)
+        for i, one in enumerate(short)
+        for two in short[:i]
+        if one.hypothesis.effects[0].family != two.hypothesis.effects[0].family
+    ]
+    for f in pairs:
+        evidence.prior[f.label] = decide.PAIRS / max(len(pairs), 1)
+    return [*fits.values(), *pairs]
+
+
+def screen(evidence: Evidence, error: float) -> list[Fit]:
+    """All effects fitted to derivatives at the nominal solutions."""
+    c = evidence.comparison
+    fits = []
+    for i, effect in enumerate(evidence.effects):
+        factor = evidence.gains if effect.changes_body else np.ones(len(c.channels))
+        slope = c.compress([factor * r.effects[i] for r in evidence.responses])
+        nothing = np.zeros(slope.shape[1])
+        fits.append(fit(Hypothesis((effect,), nothing, np.zeros(len(slope)), slope), c, error))
+    return fits
+
+
+def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:
+    """A refit, or None where a movement with the effect has no solution."""
+    try:
+        return refit(first, *arguments)
+    except SolveError as error:
+        log.info("%s: %s", first.label, error)
+        return None

@@ -1,0 +1,147 @@
+"""How far the gap shrinks once an effect is added, on trials and movements that were not fitted.
+
+The share is (G0 - G1) / (G0 - F) with G the root mean square of what is left, in units of the
+noise, and F = 1 the floor: what repeats of one person cannot agree on.
+
+Letters: D coefficients, P parameters, T tasks, L test trials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scapulohumeral.gap.attribute import Fit, Hypothesis, fit
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.observe import channel_kind, channel_unit
+from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
+
+FEWEST_FOR_INTERVAL = 4
+RESAMPLES = 500
+# A gap this close to the floor leaves nothing to reduce.
+REDUCIBLE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class TrialDifference:
+    """One test trial: task, difference of that task's coefficients to the reference."""
+
+    task: str
+    comparison: Comparison
+
+
+def shrinkage(
+    chosen: Fit,
+    comparison: Comparison,
+    trials: Sequence[TrialDifference],
+    relative_error: float,
+    seed: int,
+) -> Shrinkage:
+    """Shares of the reducible gap that an effect removes, from least to most demanding.
+
+    Parameters
+    ----------
+    chosen : effect, fitted to everything
+    comparison : mean differences of all tasks
+    trials : differences of single test trials
+    relative_error : of signatures
+    seed : of the bootstrap
+    """
+    hypothesis = chosen.hypothesis
+
+    def left_after(tasks: Sequence[str]) -> np.ndarray:
+        """Parameters fitted to some of the tasks."""
+        rows = comparison.rows(tasks)
+        return fit(hypothesis.part(rows), comparison.part(tasks), relative_error).x
+
+    splits: dict[str, list[tuple[Comparison, np.ndarray]]] = {"in_sample": [], "new_task": []}
+    for task in comparison.tasks:
+        part, rows = comparison.part([task]), comparison.rows([task])
+        splits["in_sample"].append((part, hypothesis.predict(chosen.x)[rows]))
+        others = [other for other in comparison.tasks if other != task]
+        if others:
+            splits["new_task"].append((part, hypothesis.predict(left_after(others))[rows]))
+    splits["held_out_trial"] = _held_out(hypothesis, comparison, trials, relative_error)
+    shares = {name: _share(parts, seed) for name, parts in splits.items()}
+    groups = [
+        group
+        for name, parts in splits.items()
+        if shares[name] is not None
+        for group in _groups(name, parts)
+    ]
+    return Shrinkage(
+        shares["in_sample"], shares["held_out_trial"], shares["new_task"], tuple(groups)
+    )
+
+
+def _held_out(
+    hypothesis: Hypothesis,
+    comparison: Comparison,
+    trials: Sequence[TrialDifference],
+    relative_error: float,
+) -> list[tuple[Comparison, np.ndarray]]:
+    """Each trial with the change predicted by parameters fitted to the other trials."""
+    parts = []
+    for i, trial in enumerate(trials):
+        delta = comparison.delta.copy()
+        rows = comparison.rows([trial.task])
+        rest = [t for k, t in enumerate(trials) if k != i and t.task == trial.task]
+        if rest:
+            delta[rows] = np.mean([t.comparison.delta for t in rest], axis=0)
+            training = replace(comparison, delta=delta)
+            x = fit(hypothesis, training, relative_error).x
+            parts.append((trial.comparison, hypothesis.predict(x)[rows]))
+    return parts
+
+
+def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
+    """Root mean square before and after, over the standard deviations of the noise."""
+    scale = np.sqrt(np.diag(part.covariance))
+    before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
+    return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
+
+
+def _share(parts: Sequence[tuple[Comparison, np.ndarray]], seed: int) -> Share | None:
+    """Share over all parts with a bootstrap interval; None if there is nothing to reduce."""
+    if not parts:
+        return None
+    pairs = np.array([remaining(part, predicted) for part, predicted in parts])
+    value = _ratio(pairs)
+    if value is None:
+        return None
+    if len(pairs) < FEWEST_FOR_INTERVAL:
+        return Share(value, None, len(pairs))
+    rng = np.random.default_rng(seed)
+    picks = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
+    values = [ratio for pick in picks if (ratio := _ratio(pairs[pick])) is not None]
+    low, high = np.quantile(values, [0.025, 0.975]) if values else (value, value)
+    return Share(value, (float(low), float(high)), len(pairs))
+
+
+def _ratio(pairs: np.ndarray) -> float | None:
+    before, after = np.sqrt(np.mean(pairs**2, axis=0))
+    if before < 1.0 + REDUCIBLE:
+        return None
+    return float((before - max(after, 1.0)) / (before - 1.0))
+
+
+def _groups(split: str, parts: Sequence[tuple[Comparison, np.ndarray]]) -> list[GroupShrinkage]:
+    """Root mean squares in units of each kind of channel."""
+    channels = parts[0][0].channels
+    kinds = np.array([channel_kind(name) for name in channels])
+    groups = []
+    for kind in dict.fromkeys(kinds.tolist()):
+        chosen = np.flatnonzero(kinds == kind)
+        before, after, floor = (
+            float(np.sqrt(np.mean([np.mean(curve[..., chosen] ** 2) for curve in curves])))
+            for curves in (
+                [part.curves(part.delta) for part, _ in parts],
+                [part.curves(part.delta - predicted) for part, predicted in parts],
+                [part.spread for part, _ in parts],
+            )
+        )
+        unit = channel_unit(channels[int(chosen[0])])
+        groups.append(GroupShrinkage(kind, split, before, after, floor, unit))
+    return groups

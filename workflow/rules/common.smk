@@ -15,6 +15,8 @@ from scapulohumeral.errors import ConfigError
 wildcard_constraints:
     participant="[a-z0-9]+",
     trial="[a-z0-9_]+",
+    condition="[a-z0-9_]+",
+    muscles="generic|calibrated",
     formulation="quaternion|euler",
 
 
@@ -101,6 +103,108 @@ def raw_emg(wildcards):
     return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
 
 
+def check_conditions():
+    """Refuse predictions that are not described, or that start from one that is not."""
+    conditions = config["prediction"]["conditions"]
+    starts = ["tracking", "direct", *conditions]
+    for name in config["prediction"]["predict"]:
+        if name not in conditions:
+            raise ConfigError(
+                f"Config key 'prediction.predict' names '{name}', which 'prediction.conditions' "
+                f"does not describe. Write for example: predict: [{', '.join(conditions)}]"
+            )
+    for name, condition in conditions.items():
+        if condition["start"] not in starts or condition["start"] == name:
+            raise ConfigError(
+                f"Config key 'prediction.conditions.{name}.start' is '{condition['start']}'. "
+                f"Write one of: {', '.join(starts)}"
+            )
+
+
+def tracked_elevations(wildcards):
+    """Tracking solutions of a participant in the order of the composite motion."""
+    return expand(
+        f"results/tracking/{wildcards.participant}/{{plane}}_quaternion.npz",
+        plane=config["planes"],
+    )
+
+
+def elevation_envelopes(wildcards):
+    """EMG envelopes of a participant in the order of the composite motion."""
+    return expand(
+        f"results/emg/{wildcards.participant}/{{plane}}_envelope.csv", plane=config["planes"]
+    )
+
+
+def scalers_of(participant):
+    """Calibrated scalers of a participant, without what scores them."""
+    return f"results/calibration/{participant}_scalers.json"
+
+
+def validation_muscles(wildcards):
+    """Scalers for a daily task with calibrated muscles, nothing for generic ones."""
+    return [scalers_of(wildcards.participant)] if wildcards.muscles == "calibrated" else []
+
+
+def prediction_inputs(wildcards):
+    """Scalers and the solution that a prediction starts from, where it has them."""
+    condition = config["prediction"]["conditions"][wildcards.condition]
+    inputs = {}
+    if condition["parameters"] == "calibrated":
+        inputs["calibration"] = scalers_of(wildcards.participant)
+    if condition["start"] not in ("tracking", "direct"):
+        inputs["neighbour"] = f"results/prediction/{wildcards.participant}/{condition['start']}.npz"
+    return inputs
+
+
+def condition_of(wildcards):
+    """Settings of one predicted shoulder."""
+    return config["prediction"]["conditions"][wildcards.condition]
+
+
+def prediction_results(pattern):
+    """Paths of all configured predictions."""
+    return expand(
+        pattern, participant=config["participants"], condition=config["prediction"]["predict"]
+    )
+
+
+def tasks_of(participant):
+    """Configured daily tasks that a participant has a recording of."""
+    return [task for task in config["validation"]["tasks"] if task in trials_of(participant)]
+
+
+def validation_results(pattern):
+    """Paths of all configured daily tasks, with generic and calibrated muscles."""
+    return [
+        path
+        for participant in config["participants"]
+        for task in tasks_of(participant)
+        for path in expand(
+            pattern, participant=participant, trial=task, muscles=["generic", "calibrated"]
+        )
+    ]
+
+
+def validation_envelopes(wildcards):
+    """EMG envelope of each result of validation_results, in the same order."""
+    return [
+        f"results/emg/{participant}/{task}_envelope.csv"
+        for participant in config["participants"]
+        for task in tasks_of(participant)
+        for _ in ("generic", "calibrated")
+    ]
+
+
+def calibrated_participants():
+    """Participants whose muscles are calibrated: a prediction or a daily task needs them."""
+    conditions = config["prediction"]["conditions"]
+    predicted = [conditions[name]["parameters"] for name in config["prediction"]["predict"]]
+    if "calibrated" in predicted:
+        return config["participants"]
+    return [participant for participant in config["participants"] if tasks_of(participant)]
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(
@@ -113,3 +217,4 @@ def tracking_results(pattern):
 
 check_schema()
 check_recordings_exist()
+check_conditions()

@@ -2,6 +2,102 @@
 # EMG is processed from that, any other from the recording that simulate_emg makes.
 
 
+rule simulate_contractions:
+    input:
+        channels="config/emg/channels.csv",
+        code=code_of("scapulohumeral.stages.reference_plant"),
+    output:
+        mvc="results/emg/{participant}/mvc_raw.csv",
+    log:
+        python="results/logs/simulate_contractions/{participant}.python.log",
+    benchmark:
+        "results/benchmarks/simulate_contractions/{participant}.jsonl"
+    params:
+        electrodes=lookup(within=config, dpath="emg/simulation"),
+    threads: 1
+    message:
+        "Simulated maximal contractions: participant {wildcards.participant}"
+    script:
+        "../scripts/simulate_contractions.py"
+
+
+rule simulate_elevations:
+    input:
+        participant="config/participants/{participant}/participant.yaml",
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        plant="config/plant/{participant}.yaml",
+        channels="config/emg/channels.csv",
+        tracked=tracked_elevations,
+        code=code_of("scapulohumeral.stages.reference_plant"),
+    output:
+        raw=expand("results/emg/{{participant}}/{plane}_raw.csv", plane=config["planes"]),
+        solution="results/emg/{participant}/composite_plant.npz",
+        summary="results/emg/{participant}/composite_plant.summary.json",
+    log:
+        solver="results/logs/simulate_elevations/{participant}.solver.log",
+        python="results/logs/simulate_elevations/{participant}.python.log",
+    benchmark:
+        "results/benchmarks/simulate_elevations/{participant}.jsonl"
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/calibration"),
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        electrodes=lookup(within=config, dpath="emg/simulation"),
+    threads: 1
+    resources:
+        mem_mb=6000,
+        runtime=60,
+    message:
+        "Simulated EMG of the elevations: participant {wildcards.participant}"
+    script:
+        "../scripts/simulate_elevations.py"
+
+
+rule simulate_task:
+    input:
+        participant="config/participants/{participant}/participant.yaml",
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        recording=recording,
+        plant="config/plant/{participant}.yaml",
+        channels="config/emg/channels.csv",
+        code=code_of("scapulohumeral.stages.reference_plant"),
+    output:
+        raw="results/emg/{participant}/{trial}_raw.csv",
+        solution="results/emg/{participant}/{trial}_plant.npz",
+        summary="results/emg/{participant}/{trial}_plant.summary.json",
+    log:
+        solver="results/logs/simulate_task/{participant}_{trial}.solver.log",
+        python="results/logs/simulate_task/{participant}_{trial}.python.log",
+    benchmark:
+        "results/benchmarks/simulate_task/{participant}_{trial}.jsonl"
+    wildcard_constraints:
+        trial="(?!mvc$|frontal$|scapular$|sagittal$|composite$)[a-z0-9_]+",
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/calibration"),
+        electrodes=lookup(within=config, dpath="emg/simulation"),
+    threads: 1
+    resources:
+        mem_mb=6000,
+        runtime=60,
+    message:
+        "Simulated EMG: participant {wildcards.participant}, {wildcards.trial}"
+    script:
+        "../scripts/simulate_task.py"
+
+
 rule process_emg:
     input:
         unpack(raw_emg),

@@ -21,6 +21,7 @@ from scapulohumeral.model.opensim_sampling import muscle_lengths
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 from scapulohumeral.model.pose_region import recorded_poses
+from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import (
     GROUND,
     Coordinate,
@@ -29,7 +30,7 @@ from scapulohumeral.model.tables import (
     Muscle,
     WrapObject,
 )
-from scapulohumeral.model.thorax_clearance import attachment_levels
+from scapulohumeral.model.thorax_clearance import attachment_levels, segment_frames
 
 Masses = Literal["published", "anthropometric"]
 
@@ -329,7 +330,7 @@ def model_record(
     mass, mass_source = body_mass(participant, tables)
     constants = tables.constants
     ellipsoid = participant.thorax_ellipsoid
-    return {
+    record: dict[str, Any] = {
         "schema": MODEL_SCHEMA,
         "participant": participant.name,
         "masses": masses,
@@ -355,6 +356,19 @@ def model_record(
         and {"centre_m": list(ellipsoid.centre_m), "radii_m": list(ellipsoid.radii_m)},
         "constants": {section: dict(values) for section, values in constants.items()},
     }
+    distances = conoid_distances(record, recorded_poses(participant))
+    record["conoid"]["length_m"] = float(np.median(distances))
+    return record
+
+
+def conoid_distances(record: Mapping[str, Any], poses: Array) -> Array:
+    """Distance of origin and insertion of the conoid ligament, shape (P,) [m], at poses (P, 13)."""
+    frames = segment_frames(record, poses)
+    ends = []
+    for end in ("origin", "insertion"):
+        origin, matrix = frames[record["conoid"][f"{end}_body"]]
+        ends.append(origin + matrix @ np.array(record["conoid"][f"{end}_m"]))
+    return np.linalg.norm(ends[1] - ends[0], axis=1)
 
 
 def _segment_record(body: opensim.Body) -> dict[str, Any]:
@@ -402,7 +416,6 @@ def _conoid_record(model: opensim.Model, rule: Mapping[str, Any]) -> dict[str, A
         ],
         "insertion_body": "scapula_r",
         "insertion_m": (biceps_origin + rule["insertion_from_bic_l_m"]).tolist(),
-        "length_m": rule["length_m"],
         "stiffness_N_per_m": rule["stiffness_N_per_m"],
         "eps_m": rule["eps_m"],
     }

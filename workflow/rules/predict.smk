@@ -1,0 +1,61 @@
+# Prediction of scapula and clavicle from the motion of the humerus. Conditions are independent given
+# the healthy prediction, so they run in parallel.
+
+
+rule solve_prediction:
+    input:
+        unpack(prediction_inputs),
+        participant="config/participants/{participant}/participant.yaml",
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=tracked_elevations,
+        code=code_of("scapulohumeral.stages.prediction"),
+    output:
+        solution="results/prediction/{participant}/{condition}.npz",
+        summary="results/prediction/{participant}/{condition}.summary.json",
+    log:
+        solver="results/logs/solve_prediction/{participant}_{condition}.solver.log",
+        python="results/logs/solve_prediction/{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/prediction"),
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        guidance=lookup(within=config, dpath="prediction/guidance"),
+        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
+        condition=condition_of,
+    threads: 1
+    resources:
+        mem_mb=6000,
+        runtime=90,
+    message:
+        "Prediction: participant {wildcards.participant}, {wildcards.condition}"
+    script:
+        "../scripts/solve_prediction.py"
+
+
+rule summarise_predictions:
+    input:
+        solutions=prediction_results("results/prediction/{participant}/{condition}.npz"),
+        summaries=prediction_results("results/prediction/{participant}/{condition}.summary.json"),
+        models=expand("results/models/{participant}.json", participant=config["participants"]),
+        code=code_of("scapulohumeral.stages.prediction_summary"),
+    output:
+        summary="results/prediction/summary.csv",
+        rhythm="results/prediction/shr.csv",
+    log:
+        python="results/logs/summarise_predictions.python.log",
+    benchmark:
+        "results/benchmarks/summarise_predictions.jsonl"
+    threads: 1
+    message:
+        "Tables of all predictions"
+    script:
+        "../scripts/summarise_predictions.py"

@@ -1,0 +1,16 @@
+"""Rule score_calibration: how far calibrated scalers are from the plant."""
+
+from pathlib import Path
+
+from _log import log_to_file
+
+log_to_file(snakemake)
+
+from scapulohumeral.stages.calibration import score
+
+score(
+    calibration=Path(snakemake.input.scalers),
+    plant=Path(snakemake.input.plant),
+    channels=Path(snakemake.input.channels),
+    scored=Path(snakemake.output.scored),
+)

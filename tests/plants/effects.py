@@ -45,8 +45,8 @@ class Injection:
         return self.label.split("/")[2 if self.label.startswith("unknown") else 1]
 
 
-TORN_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap", "subscap")
-FIBRE_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap", "trap_clav")
+TORN_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap")
+FIBRE_GROUPS = ("delt_scap", "serr_ant", "trap_scap", "trap_clav")
 PAINFUL_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap")
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 
@@ -68,7 +68,7 @@ def hand_load(rng: np.random.Generator) -> Injection:
 def segment_mass(rng: np.random.Generator) -> Injection:
     """A heavier or lighter segment: its girth changes, so inertia grows faster than mass."""
     member, segment = [("upper_arm", "humerus"), ("forearm", "forearm")][rng.integers(2)]
-    factor = float(_side(rng, (0.62, 0.8), (1.2, 1.4)))
+    factor = float(_side(rng, (0.62, 0.72), (1.28, 1.4)))
 
     def apply(arm: Arm) -> Arm:
         p = dict(arm.parameters)
@@ -82,7 +82,7 @@ def segment_mass(rng: np.random.Generator) -> Injection:
 def strength_loss(rng: np.random.Generator, members: tuple[str, ...] = TORN_GROUPS) -> Injection:
     """A tear: some lines of a group hardly pull any more; the amplitude is the force left."""
     group = str(rng.choice(members))
-    share, order = rng.uniform(0.3, 0.9), rng.random(200)
+    share, order = rng.uniform(0.4, 0.9), rng.random(200)
 
     def factors(arm: Arm) -> np.ndarray:
         return _torn(arm.anatomy.groups == group, share, order)
@@ -98,7 +98,7 @@ def strength_loss(rng: np.random.Generator, members: tuple[str, ...] = TORN_GROU
 def fibre_length(rng: np.random.Generator) -> Injection:
     """Longer or shorter fibres of a group, with the tendon unchanged."""
     group = str(rng.choice(FIBRE_GROUPS))
-    factor = float(_side(rng, (0.8, 0.9), (1.1, 1.2)))
+    factor = float(_side(rng, (0.8, 0.87), (1.13, 1.2)))
 
     def apply(arm: Arm) -> Arm:
         optimal = arm.muscles.optimal_length * np.where(arm.anatomy.groups == group, factor, 1.0)
@@ -110,7 +110,7 @@ def fibre_length(rng: np.random.Generator) -> Injection:
 def tendon_compliance(rng: np.random.Generator) -> Injection:
     """Softer tendons, of one group or of all; plants have elastic tendons anyway."""
     group = str(rng.choice(("all", "delt_scap", "infra")))
-    strain = float(rng.uniform(0.08, 0.14))
+    strain = float(rng.uniform(0.09, 0.14))
 
     def apply(arm: Arm) -> Arm:
         chosen = (arm.anatomy.groups == group) | (group == "all")
@@ -122,7 +122,7 @@ def tendon_compliance(rng: np.random.Generator) -> Injection:
 
 def passive_gh(rng: np.random.Generator) -> Injection:
     """A stiff capsule: exponential torque beyond an elevation of the humerus in the glenoid."""
-    scale, onset = float(rng.uniform(1.0, 5.0)), np.deg2rad(rng.uniform(35, 55))
+    scale, onset = float(rng.uniform(1.5, 6.0)), np.deg2rad(rng.uniform(35, 55))
 
     def apply(arm: Arm) -> Arm:
         extra = replace(
@@ -136,7 +136,7 @@ def passive_gh(rng: np.random.Generator) -> Injection:
 def joint_damping(rng: np.random.Generator) -> Injection:
     """A viscous joint."""
     joint = str(rng.choice(("SC", "AC", "GH", "EL")))
-    damping = float(rng.uniform(1.0, 3.0))
+    damping = float(rng.uniform(1.5, 3.0))
 
     def apply(arm: Arm) -> Arm:
         p = dict(arm.parameters)
@@ -160,7 +160,7 @@ def st_contact(rng: np.random.Generator) -> Injection:
 
 def glenoid_orientation(rng: np.random.Generator) -> Injection:
     """A glenoid turned forward or backward; control keeps the reaction inside it."""
-    version = float(_side(rng, (-15, -7), (7, 15)))
+    version = float(_side(rng, (-15, -9), (9, 15)))
 
     def apply(arm: Arm) -> Arm:
         angles = arm.control.glenoid_rad + np.deg2rad([0.0, version])
@@ -172,7 +172,7 @@ def glenoid_orientation(rng: np.random.Generator) -> Injection:
 def co_contraction(rng: np.random.Generator) -> Injection:
     """Muscles that cross a joint and are never less active than a floor."""
     joint = str(rng.choice(("SC", "AC", "GH", "EL")))
-    floor = float(rng.uniform(0.04, 0.15))
+    floor = float(rng.uniform(0.05, 0.15))
 
     def apply(arm: Arm) -> Arm:
         crossing = _crossing(arm.anatomy.forces, joint)
@@ -184,7 +184,7 @@ def co_contraction(rng: np.random.Generator) -> Injection:
 
 def pain_inhibition(rng: np.random.Generator) -> Injection:
     """A group that costs more to use, and is never used fully."""
-    group, factor = str(rng.choice(PAINFUL_GROUPS)), float(rng.uniform(3.0, 12.0))
+    group, factor = str(rng.choice(PAINFUL_GROUPS)), float(rng.uniform(4.0, 12.0))
 
     def apply(arm: Arm) -> Arm:
         chosen = arm.anatomy.groups == group
@@ -197,7 +197,7 @@ def pain_inhibition(rng: np.random.Generator) -> Injection:
 
 def thorax_tilt(rng: np.random.Generator) -> Injection:
     """A trunk that leans forward: gravity turns in its frame."""
-    angle = float(_side(rng, (-20, -8), (8, 20)))
+    angle = float(_side(rng, (-20, -10), (10, 20)))
 
     def apply(arm: Arm) -> Arm:
         p = dict(arm.parameters)
@@ -234,7 +234,7 @@ def scapula_sta(rng: np.random.Generator) -> Injection:
 def emg_gain(rng: np.random.Generator) -> Injection:
     """An electrode, or all of them, normalised by a wrong maximum."""
     channel = str(rng.choice((*CHANNELS, "all")))
-    factor = float(_side(rng, (0.4, 0.75), (1.3, 2.5)))
+    factor = float(_side(rng, (0.4, 0.7), (1.4, 2.5)))
 
     def apply(arm: Arm) -> Arm:
         chosen = np.array([channel in (name, "all") for name in CHANNELS])
@@ -253,7 +253,7 @@ def emg_crosstalk(rng: np.random.Generator) -> Injection:
 
 def emd(rng: np.random.Generator) -> Injection:
     """Envelopes that lead the muscles by longer than usual."""
-    delay = float(rng.uniform(40, 115))
+    delay = float(rng.uniform(60, 118))
 
     def apply(arm: Arm) -> Arm:
         return replace(arm, measurement=replace(arm.measurement, delay_s=delay / 1000.0))
@@ -273,7 +273,7 @@ def friction(rng: np.random.Generator) -> Injection:
 
 def splint(rng: np.random.Generator) -> Injection:
     """Outside the library, far: a spring across the elbow."""
-    stiffness = float(rng.uniform(3.0, 8.0))
+    stiffness = float(rng.uniform(6.0, 12.0))
 
     def apply(arm: Arm) -> Arm:
         extra = replace(
@@ -338,7 +338,7 @@ def tilted(gravity: np.ndarray, forward_deg: float) -> np.ndarray:
 
 
 def _crosstalk(label: str, donor: str, receiver: str, rng: np.random.Generator) -> Injection:
-    fraction = float(rng.uniform(0.15, 0.5))
+    fraction = float(rng.uniform(0.2, 0.5))
 
     def apply(arm: Arm) -> Arm:
         mixing = arm.measurement.crosstalk.copy()

@@ -55,9 +55,9 @@ def floor(reference: Recording, repeats: int, emg: bool) -> np.ndarray:
     return sd * np.sqrt(2.0 / repeats)
 
 
-def footprints(change: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Root mean square over phase of a change in standard errors, per channel (K,)."""
-    return np.sqrt(np.mean((change / error) ** 2, axis=0))
+def footprints(sigma: np.ndarray) -> np.ndarray:
+    """Root mean square over phase of a change in standard errors (F, K), per channel (K,)."""
+    return np.sqrt(np.mean(sigma**2, axis=0))
 
 
 def _at_phase(recording: Recording, values: np.ndarray) -> np.ndarray:

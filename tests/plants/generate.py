@@ -51,6 +51,8 @@ RECORDING_PATH_DEG = 1.0  # of a recording that stands for its own repeats
 SESSION_GAIN, SESSION_TURN_DEG = 0.04, 0.4  # electrodes and markers, put on again
 LARGEST_MISS = np.deg2rad(25.0)  # of the humerus: beyond, the arm did not do the task
 LARGEST_ATTEMPTS = 6
+# Draws for an effect that shows; families that hardly ever do are kept as they are then.
+SHOWN_ATTEMPTS = 3
 # The published arm of par1 weighs 12 kg, three times what anthropometry gives, and its muscles
 # cannot lift it: plants and their participant files take a third.
 ARM_MASS = {"par1": 1.0 / 3.0, "par2": 1.0, "par3": 1.0}
@@ -144,7 +146,8 @@ Recordings = dict[tuple[str, str, int], Recording]
 def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, Recordings]]:
     """Recordings of all cases, noise-free ones (repeat 0) included.
 
-    A case whose arm cannot do the task is drawn again, with other amplitudes and another person.
+    A case whose arm cannot do the task is drawn again, with other amplitudes and another person,
+    and so is, a few times, a case whose effect hardly shows.
     """
     for plan in plans:
         if plan.plant == "S":
@@ -155,7 +158,8 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
         again = []
         for plan in waiting:
             recordings = traces[plan.id]
-            if recordings is None:
+            wanted = bool(plan.injections) and not plan.faint and attempt < SHOWN_ATTEMPTS
+            if recordings is None or (wanted and not _shown(plan, recordings)):
                 again.append(redrawn(plan, attempt))
             else:
                 yield plan, _with_noise(plan, recordings)
@@ -295,13 +299,7 @@ def write_case(study: Study, plan: Plan, recordings: Recordings, folder: Path) -
 def case_key(plan: Plan, recordings: Recordings) -> dict:
     """What is sealed: the truth of a case."""
     channels = channel_names(plan.emg)
-    shown, size = {}, np.zeros(len(channels))
-    for task in plan.tasks:
-        test, reference = (recordings[side, task, 0] for side in ("test", "reference"))
-        change = difference(test, reference, plan.emg)
-        error = floor(reference, plan.repeats, plan.emg)
-        size = np.maximum(size, footprints(change, error))
-        shown[task] = np.round(change / error, 2).tolist()
+    sigma, size = _changes(plan, recordings)
     hidden = {side: recordings[side, plan.hidden, 0] for side in ("test", "reference")}
     return {
         "schema": "blind-key/1",
@@ -318,14 +316,28 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
         ],
         "channels": list(channels),
         "footprint": dict(zip(channels, np.round(size, 3).tolist(), strict=True)),
-        "shown": bool(size.max() >= FOOTPRINT_MULTIPLE),
+        "shown": _shown(plan, recordings),
         "footprint_multiple": FOOTPRINT_MULTIPLE,
-        "change_sigma": shown,
+        "change_sigma": {task: np.round(change, 2).tolist() for task, change in sigma.items()},
         "hidden_task": {
             "task": plan.hidden,
             **{side: _noise_free(trial, plan.emg) for side, trial in hidden.items()},
         },
     }
+
+
+def _changes(plan: Plan, recordings: Recordings) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """What would change without noise: standard errors by task (F, K), largest footprints (K,)."""
+    sigma = {}
+    for task in plan.tasks:
+        test, reference = (recordings[side, task, 0] for side in ("test", "reference"))
+        error = floor(reference, plan.repeats, plan.emg)
+        sigma[task] = difference(test, reference, plan.emg) / error
+    return sigma, np.max([footprints(change) for change in sigma.values()], axis=0)
+
+
+def _shown(plan: Plan, recordings: Recordings) -> bool:
+    return bool(_changes(plan, recordings)[1].max() >= FOOTPRINT_MULTIPLE)
 
 
 def _noise_free(trial: Recording, emg: bool) -> dict:

@@ -26,7 +26,9 @@ TASKS = ("frontal", "scapular", "sagittal")
 # Measurement: with EMG and reference trials, without one of them, without both.
 MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
 WITHOUT_EMG = "measurement/em"
-FEWEST_REPEATS, MOST_REPEATS = 3, 4
+FEWEST_REPEATS, MOST_REPEATS = 3, 5
+# Share of cases whose effect may hardly show: what a diagnosis must not make anything of.
+FAINT_SHARE = 0.15
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Plan:
     participant : whose anatomy; tasks : recorded in the case; hidden : kept for scoring
     injections : effects
     emg, reference : what the case contains; repeats : trials per task and side
+    faint : the effect may hardly show; otherwise it is drawn again
     """
 
     id: str
@@ -54,6 +57,7 @@ class Plan:
     emg: bool
     reference: bool
     repeats: int
+    faint: bool
 
 
 def draw_plans(
@@ -82,7 +86,7 @@ def draw_plans(
 
 
 def redrawn(plan: Plan, attempt: int) -> Plan:
-    """The same case with other amplitudes and persons, after a simulation that did not hold."""
+    """The same case with other amplitudes and another person."""
     seed = plan.seed + attempt
     rng = np.random.default_rng(seed)
     families = {f.__name__: f for f in (*LIBRARY_LIKE, *UNKNOWN)}
@@ -129,4 +133,5 @@ def _plan(
         emg=emg,
         reference=reference,
         repeats=int(rng.integers(FEWEST_REPEATS, MOST_REPEATS + 1)),
+        faint=bool(rng.random() < FAINT_SHARE),
     )

@@ -159,7 +159,7 @@ def test_footprint_counts_standard_errors() -> None:
     reference = Recording(time, angles, np.zeros((50, 8)))
     shifted = Recording(time, angles + np.deg2rad(5.2) * (np.arange(10) == 9), np.zeros((50, 8)))
     error = floor(reference, 2, emg=False)
-    size = footprints(difference(shifted, reference, emg=False), error)
+    size = footprints(difference(shifted, reference, emg=False) / error)
     np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3], atol=1e-6)
     assert len(KINEMATIC) == 10
 

@@ -47,7 +47,7 @@ rule score_calibration:
         scalers="results/calibration/{participant}_scalers.json",
         plant="config/plant/{participant}.yaml",
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.calibration"),
+        code=code_of("scapulohumeral.stages.calibration_score"),
     output:
         scored="results/calibration/{participant}.json",
     log:

@@ -6,7 +6,7 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.stages.calibration import score
+from scapulohumeral.stages.calibration_score import score
 
 score(
     calibration=Path(snakemake.input.scalers),

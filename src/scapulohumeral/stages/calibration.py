@@ -1,4 +1,4 @@
-"""Calibrate strength and fibre length of muscle groups to EMG, and score it against a plant.
+"""Calibrate strength and fibre length of muscle groups to EMG.
 
 Two estimates: that of the paper, whose scalers lower effort, EMG error and their own distance from
 one in one problem, and a refined one, whose excitations agree with EMG while effort decides the
@@ -40,7 +40,6 @@ from scapulohumeral.stages.posed_problem import (
     solve_posed,
     store,
 )
-from scapulohumeral.stages.reference_plant import read_plant
 from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
 
 SCHEMA = "calibration/1"
@@ -166,56 +165,6 @@ def calibrated_muscles(
         return generic
     scalers = muscle_groups(record, read_channels(channels))
     return scalers.apply(generic, read_scalers(calibration, scalers))
-
-
-def score(calibration: Path, plant: Path, channels: Path, scored: Path) -> None:
-    """Add to a calibration how far it is from the plant whose EMG it was given.
-
-    Errors are relative to the plant's value; medians are over the identifiable scalers, those of
-    all and of the paper's problem beside them. Measured EMG has no plant to compare with.
-    """
-    document = json.loads(calibration.read_text(encoding="utf-8"))
-    if document["emg_simulated"]:
-        groups = read_channels(channels).groups
-        truth = read_plant(plant, groups)
-        for name, entry in document["groups"].items():
-            for kind in KINDS:
-                true = getattr(truth, kind)[name]
-                low, high = entry[kind]["ci90"]
-                entry[kind] |= {
-                    "plant": true,
-                    "error": entry[kind]["value"] / true - 1.0,
-                    "paper_problem_error": entry[kind]["paper_problem"] / true - 1.0,
-                    "covered": bool(low <= true <= high),
-                }
-        document["scores"] = _scores(document["groups"])
-    else:
-        document["scores"] = None
-    scored.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-
-
-def _scores(groups: Mapping[str, Any]) -> dict[str, Any]:
-    scores: dict[str, Any] = {}
-    for kind in KINDS:
-        entries = [group[kind] for group in groups.values()]
-        chosen = [entry for entry in entries if entry["identifiable"]]
-        scores[kind] = {
-            "identifiable": len(chosen),
-            "groups": len(entries),
-            "median_error": _median(chosen, "error"),
-            "median_error_all": _median(entries, "error"),
-            "median_error_paper_problem": _median(chosen, "paper_problem_error"),
-        }
-    chosen = [
-        group[kind] for group in groups.values() for kind in KINDS if group[kind]["identifiable"]
-    ]
-    covered = [entry["covered"] for entry in chosen]
-    scores["coverage90"] = float(np.mean(covered)) if covered else None
-    return scores
-
-
-def _median(entries: Sequence[Mapping[str, Any]], key: str) -> float | None:
-    return float(np.median([abs(entry[key]) for entry in entries])) if entries else None
 
 
 def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:

@@ -9,7 +9,7 @@ Letters: N nodes, M muscles, Nq coordinates.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from scapulohumeral.ocp.objective import SEGMENTS, Trajectory
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.posed_problem import Target
+
+KINDS = ("q", "u", "a", "e", "reaction")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +74,7 @@ def compose(solutions: Sequence[Solution], step: float, pause_s: float) -> Compo
         activity.append(np.ones(len(own.q)))
         nodes[solution.header["trial"]] = (count, count + len(own.q))
         count += len(own.q)
-    joined = {
-        field.name: np.concatenate([getattr(part, field.name) for part in parts])
-        for field in fields(Trajectory)
-    }
+    joined = {kind: np.concatenate([getattr(part, kind) for part in parts]) for kind in KINDS}
     joined["q"] = _continuous(joined["q"])
     return Composite(
         time_s=step * np.arange(count),

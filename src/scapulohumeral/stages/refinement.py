@@ -102,7 +102,7 @@ class Refined:
     Attributes
     ----------
     values : (2, G), forces first; covariance : (P, P) of the values in that order
-    misfit : root mean square of weighted residuals, 1 if the noise explains them all
+    misfit : root mean square of residuals over the noise of EMG, 1 if that explains them all
     converged : whether the last step was small; history : one record per iteration
     point : solution for the values
     """
@@ -164,11 +164,11 @@ def refine(
         gains = gains + step[values.size :]
     if not converged:
         start, at = _linearise(posed, scalers, evidence, start, settings, values, gains)
-    misfit = float(np.sqrt(np.mean(at.residual[: at.samples] ** 2)))
+    misfit = _misfit(at, evidence)
     covariance = np.linalg.inv(at.jacobian.T @ at.jacobian)[: values.size, : values.size]
     return Refined(
         values=values,
-        covariance=covariance * max(1.0, _expected_misfit(at, evidence) ** 2),
+        covariance=covariance * max(1.0, misfit**2),
         misfit=misfit,
         converged=converged,
         point=start,
@@ -250,7 +250,7 @@ def _bounded_step(
     return lsq_linear(at.jacobian, -at.residual, (low, high)).x
 
 
-def _expected_misfit(at: _Linearised, evidence: Evidence) -> float:
-    """Misfit over the one that correlated noise of the stated size would leave."""
+def _misfit(at: _Linearised, evidence: Evidence) -> float:
+    """Root mean square of residuals over noise, undoing the allowance for its correlation."""
     shared = max(1.0, correlation_time_s(evidence.envelope) / evidence.step_s)
     return float(np.sqrt(np.mean(at.residual[: at.samples] ** 2) * shared))

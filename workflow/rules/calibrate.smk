@@ -34,7 +34,7 @@ rule calibrate:
         envelope=lookup(within=config, dpath="emg/envelope"),
     threads: 1
     resources:
-        mem_mb=6000,
+        mem_mb=4000,
         runtime=90,
     message:
         "Calibration: participant {wildcards.participant}"
@@ -88,7 +88,7 @@ rule solve_validation:
         weights=lookup(within=config, dpath="weights/calibration"),
     threads: 1
     resources:
-        mem_mb=6000,
+        mem_mb=4000,
         runtime=60,
     message:
         "Daily task: participant {wildcards.participant}, {wildcards.trial},"

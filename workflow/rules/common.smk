@@ -107,12 +107,14 @@ def check_conditions():
     """Refuse predictions that are not described, or that start from one that is not."""
     conditions = config["prediction"]["conditions"]
     starts = ["tracking", "direct", *conditions]
-    for name in config["prediction"]["predict"]:
-        if name not in conditions:
-            raise ConfigError(
-                f"Config key 'prediction.predict' names '{name}', which 'prediction.conditions' "
-                f"does not describe. Write for example: predict: [{', '.join(conditions)}]"
-            )
+    chosen = {"predict": config["prediction"]["predict"], **config["prediction"]["predict_also"]}
+    for key, names in chosen.items():
+        for name in names:
+            if name not in conditions:
+                raise ConfigError(
+                    f"Config section 'prediction', key '{key}' names '{name}', which its "
+                    f"'conditions' do not describe. Choose from: {', '.join(conditions)}"
+                )
     for name, condition in conditions.items():
         if condition["start"] not in starts or condition["start"] == name:
             raise ConfigError(
@@ -162,11 +164,21 @@ def condition_of(wildcards):
     return config["prediction"]["conditions"][wildcards.condition]
 
 
+def predicted_conditions(participant):
+    """Conditions that are predicted for a participant."""
+    chosen = config["prediction"]
+    return [*chosen["predict"], *chosen["predict_also"].get(participant, [])]
+
+
 def prediction_results(pattern):
     """Paths of all configured predictions."""
-    return expand(
-        pattern, participant=config["participants"], condition=config["prediction"]["predict"]
-    )
+    return [
+        path
+        for participant in config["participants"]
+        for path in expand(
+            pattern, participant=participant, condition=predicted_conditions(participant)
+        )
+    ]
 
 
 def tasks_of(participant):
@@ -199,10 +211,15 @@ def validation_envelopes(wildcards):
 def calibrated_participants():
     """Participants whose muscles are calibrated: a prediction or a daily task needs them."""
     conditions = config["prediction"]["conditions"]
-    predicted = [conditions[name]["parameters"] for name in config["prediction"]["predict"]]
-    if "calibrated" in predicted:
-        return config["participants"]
-    return [participant for participant in config["participants"] if tasks_of(participant)]
+    return [
+        participant
+        for participant in config["participants"]
+        if tasks_of(participant)
+        or any(
+            conditions[name]["parameters"] == "calibrated"
+            for name in predicted_conditions(participant)
+        )
+    ]
 
 
 def tracking_results(pattern):

@@ -51,7 +51,7 @@ rule simulate_elevations:
         electrodes=lookup(within=config, dpath="emg/simulation"),
     threads: 1
     resources:
-        mem_mb=6000,
+        mem_mb=4000,
         runtime=60,
     message:
         "Simulated EMG of the elevations: participant {wildcards.participant}"
@@ -90,7 +90,7 @@ rule simulate_task:
         electrodes=lookup(within=config, dpath="emg/simulation"),
     threads: 1
     resources:
-        mem_mb=6000,
+        mem_mb=4000,
         runtime=60,
     message:
         "Simulated EMG: participant {wildcards.participant}, {wildcards.trial}"

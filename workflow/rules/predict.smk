@@ -33,7 +33,7 @@ rule solve_prediction:
         condition=condition_of,
     threads: 1
     resources:
-        mem_mb=6000,
+        mem_mb=4000,
         runtime=90,
     message:
         "Prediction: participant {wildcards.participant}, {wildcards.condition}"

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from arm import parameters
+from plants import generate
 from plants.arm import Anatomy, Arm
 from plants.body import no_extra_torques
 from plants.effects import (
@@ -212,3 +213,28 @@ def test_a_case_drawn_again_keeps_its_families() -> None:
 
 def test_open_cases_of_one_kind() -> None:
     assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}
+
+
+@pytest.mark.parametrize(("angle_deg", "draws"), [(20.0, 1), (0.0, generate.SHOWN_ATTEMPTS)])
+def test_an_effect_that_hardly_shows_is_drawn_again(
+    monkeypatch: pytest.MonkeyPatch, angle_deg: float, draws: int
+) -> None:
+    plan = replace(next(iter(draw_plans(2, 1, ("par1",), "single"))), faint=False)
+    calls = []
+    angles = small_motion(50)
+    trials = {"reference": angles, "test": angles + np.deg2rad(angle_deg) * (np.arange(10) == 9)}
+
+    def simulated(_, plans):
+        calls.append(len(plans))
+        recordings = {
+            (side, task, 0): Recording(np.linspace(0, 1, 50), values, np.zeros((50, 8)))
+            for side, values in trials.items()
+            for task in (*plan.tasks, plan.hidden)
+        }
+        return {p.id: recordings for p in plans}
+
+    monkeypatch.setattr(generate, "_simulated", simulated)
+    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
+    assert calls == [1] * draws
+    assert found.id == plan.id
+    assert generate.case_key(found, recordings)["shown"] is (angle_deg > 0)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from skeleton import muscle, skeleton_record
 
 from scapulohumeral.model.participant import read_motion
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
@@ -103,24 +104,30 @@ def history() -> list[dict]:
 def model_record(participant: str) -> dict:
     """The parts of a model record that the report and the export read."""
     shares = {"upper_arm": 0.0271, "forearm": 0.0162, "hand": 0.0061}
+    bones = skeleton_record()
+    straight = ("scapula_r", [0.0, 0.0, 0.03]), ("humerus_r", [0.02, -0.15, 0.0])
+    joint = {"location_m": [0.14, 0.0, 0.0], "orientation_rad": [0.0, 0.0, 0.0]}
     return {
+        **bones,
         "participant": participant,
         "masses": "published",
         "body_mass_kg": 83.0,
+        "body_mass_source": "mean of the participants",
         "segments": {
             "humerus_r": {"mass_kg": 6.7},
             "ulna_r": {"mass_kg": 1.8},
             "radius_r": {"mass_kg": 1.8},
-            "hand_r": {"mass_kg": 1.7},
+            "hand_r": {"mass_kg": 1.7, **bones["segments"]["hand_r"]},
         },
-        "joints": {"ac1": {"location_m": [0.14, 0.0, 0.0]}},
+        "joints": {**bones["joints"], "ac1": joint},
         "conoid": {"stiffness_N_per_m": 1e4},
         "pronation_rad": 2.0 * np.pi / 3.0,
-        "muscles": [{"name": name, "group": group} for name, group in MUSCLES.items()],
+        "muscles": [{**muscle(name, *straight), "group": g} for name, g in MUSCLES.items()],
         "constants": {
+            **bones["constants"],
             "anthropometry": {
                 f"{sex}_{k}": v for sex in ("male", "female") for k, v in shares.items()
-            }
+            },
         },
     }
 

@@ -7,7 +7,9 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from scapulohumeral.report import figures, solver_figures, tables
+from scapulohumeral.report import chapters, figures, solver_figures, tables
+from scapulohumeral.report.comparison import comparison
+from scapulohumeral.report.coordination_targets import coordination_verdicts
 from scapulohumeral.report.gimbal import gimbal_lock
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
@@ -39,7 +41,16 @@ def _content(study: Study) -> dict[str, Any]:
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
-        "verdicts": verdicts(study.summary, study.quality),
+        "verdicts": [
+            *verdicts(study.summary, study.quality),
+            *coordination_verdicts(study.coordination),
+        ],
+        "comparison": comparison(study, study.coordination),
+        "emg": study.coordination.emg_word,
+        "calibration": chapters.calibration_chapter(study),
+        "validation": chapters.validation_chapter(study),
+        "prediction": chapters.prediction_chapter(study),
+        "player": chapters.player(study),
         "tables": _tables(study),
         "trials": [
             {

@@ -19,6 +19,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import Motion, read_motion, read_participant
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
+from scapulohumeral.report.coordination import Coordination, CoordinationFiles, read_coordination
 
 FORMULATIONS = ("quaternion", "euler")
 
@@ -36,6 +37,7 @@ class ReportFiles:
     equations : folders, one per formulation
     benchmarks : Snakemake's ``<rule>/<job>.jsonl``
     sources : files that state assumptions
+    coordination : files of EMG, calibration, validation and prediction, as far as there are any
     """
 
     summary: Path
@@ -48,6 +50,7 @@ class ReportFiles:
     equations: Sequence[Path]
     benchmarks: Sequence[Path]
     sources: Sequence[Path]
+    coordination: CoordinationFiles = CoordinationFiles()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +112,10 @@ class Study:
     runs : in the order of the files; trials : the same by recorded motion
     models, thoraxes : records by participant
     quality : muscle geometry, one row per participant, formulation and muscle
-    equations : headers by formulation
+    equations : headers by formulation; equation_folders : where they are
     benchmarks : one row per measured job: rule, job, seconds, memory_MB
     assumptions : comments of the source files
+    coordination : EMG, calibration, validation and prediction
     """
 
     summary: pd.DataFrame
@@ -123,6 +127,8 @@ class Study:
     equations: dict[str, dict[str, Any]]
     benchmarks: pd.DataFrame
     assumptions: list[Assumption]
+    coordination: Coordination
+    equation_folders: Sequence[Path]
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""
@@ -149,6 +155,8 @@ def read_study(files: ReportFiles) -> Study:
     """
     runs = read_runs(files.summaries, files.solutions)
     models = {record["participant"]: record for record in map(_read_json, files.models)}
+    people = {path.parent.name: path.parents[1] for path in files.participants}
+    published = {n: read_participant(folder, n).predictions for n, folder in people.items()}
     headers = [_read_json(folder / "header.json") for folder in files.equations]
     return Study(
         summary=pd.read_csv(files.summary),
@@ -160,6 +168,8 @@ def read_study(files: ReportFiles) -> Study:
         equations={header["formulation"]: header for header in headers},
         benchmarks=_read_benchmarks(files.benchmarks),
         assumptions=find_assumptions(files.sources),
+        coordination=read_coordination(files.coordination, models, published),
+        equation_folders=files.equations,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -50,6 +51,11 @@ class Table:
     columns: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
     flagged: frozenset[int] = frozenset()
+
+
+def named_rows(table: pd.DataFrame) -> list[Any]:
+    """Rows of a table, whose columns are attributes."""
+    return list(table.itertuples(index=False))
 
 
 def masses(study: Study) -> Table:

@@ -1,0 +1,134 @@
+"""Content of the chapters beyond tracking; a chapter without results is None."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.report import (
+    calibration_figures,
+    loading_figures,
+    moment_figures,
+    prediction_figures,
+    prediction_tables,
+    validation_figures,
+)
+from scapulohumeral.report.comparison import published_rhythm_table
+from scapulohumeral.report.coordination import Cases
+from scapulohumeral.report.figures import GROUP_NAMES
+from scapulohumeral.report.paper import PREDICTED_PARTICIPANT
+from scapulohumeral.report.player import Scene, build_scene, player_html
+from scapulohumeral.report.population import CITATION
+from scapulohumeral.report.study import Study
+
+
+def calibration_chapter(study: Study) -> dict[str, Any] | None:
+    """EMG quality and scalers."""
+    coordination = study.coordination
+    if not coordination.emg and not coordination.calibrations:
+        return None
+    return {
+        "quality": calibration_figures.emg_quality(coordination),
+        "figure": calibration_figures.scaler_figure(coordination),
+        "scores": calibration_figures.score_table(coordination),
+        "scalers": calibration_figures.scaler_table(coordination),
+    }
+
+
+def validation_chapter(study: Study) -> dict[str, Any] | None:
+    """Daily tasks."""
+    coordination = study.coordination
+    if coordination.validation.empty:
+        return None
+    return {
+        "reductions": validation_figures.reduction_table(coordination),
+        "tasks": validation_figures.task_table(coordination),
+        "errors": validation_figures.error_figure(coordination),
+        "figures": validation_figures.task_figures(coordination),
+        "skipped": [p for p in study.models if p not in set(coordination.validation.participant)],
+    }
+
+
+def prediction_chapter(study: Study) -> dict[str, Any] | None:
+    """Predicted motions, joint force, moments and muscle forces."""
+    coordination = study.coordination
+    if not coordination.predictions:
+        return None
+    shown = [_participant_content(study, cases) for cases in coordination.cases.values()]
+    return {
+        "failed": prediction_tables.failed_predictions(coordination),
+        "participants": sorted(shown, key=lambda p: p["name"] != PREDICTED_PARTICIPANT),
+        "solves": prediction_tables.prediction_solves(coordination),
+        "starts": prediction_tables.starts(coordination),
+        "stability": prediction_tables.stability(coordination),
+        "population": prediction_tables.population_rhythm(),
+        "population_source": CITATION,
+    }
+
+
+def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
+    coordination = study.coordination
+    moments = moment_figures.headline_moments(coordination, cases, study.equation_folders)
+    excitations = prediction_figures.prediction_excitations(
+        coordination, cases, _trial_times(study, cases)
+    )
+    return {
+        "name": cases.participant,
+        "rhythm": published_rhythm_table(coordination.rhythm, cases),
+        "motion": [
+            prediction_figures.prediction_kinematics(cases),
+            prediction_figures.upward_rotation_figure(cases),
+        ],
+        "calibration": [prediction_figures.calibration_effect(cases)],
+        "excitations": [excitations],
+        "loading": [loading_figures.loading_figure(cases)],
+        "sweep": [loading_figures.sweep_figure(cases), prediction_figures.sweep_kinematics(cases)],
+        "capacity": [loading_figures.capacity_figure(cases)],
+        "moments": [moment_figures.moment_figure(cases.participant, moments)],
+        "margins": moment_figures.margin_table(moments),
+        "forces": [moment_figures.group_force_figure(cases)],
+    }
+
+
+def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
+    """Mesh of each tracked elevation of a participant."""
+    return {
+        trial.trial: trial.any_run.solution.time_s
+        for trial in study.trials
+        if trial.participant == cases.participant
+    }
+
+
+def player(study: Study) -> str:
+    """Interactive view of the predictions, or of a tracked motion where there are none."""
+    cases = study.coordination.cases.get(PREDICTED_PARTICIPANT)
+    scenes = _tracked_scenes(study) if cases is None else _predicted_scenes(study, cases)
+    return player_html(scenes, GROUP_NAMES) if scenes else ""
+
+
+def _predicted_scenes(study: Study, cases: Cases) -> list[Scene]:
+    if cases.healthy is None:
+        return []
+    name = cases.participant
+    chosen = (("predicted, healthy", cases.healthy), ("predicted, cuff-limited", cases.cuff))
+    scenes = [_scene(study, name, p.solution, label) for label, p in chosen if p is not None]
+    return [*scenes, _scene(study, name, cases.healthy.solution, "tracked motion", recorded=True)]
+
+
+def _tracked_scenes(study: Study) -> list[Scene]:
+    solved = study.solved("quaternion")
+    if not solved:
+        return []
+    run = next((r for r in solved if r.participant == PREDICTED_PARTICIPANT), solved[0])
+    title = f"{run.participant}, {run.trial} plane"
+    return [
+        _scene(study, run.participant, run.solution, f"{title}, simulated"),
+        _scene(study, run.participant, run.solution, f"{title}, recorded", recorded=True),
+    ]
+
+
+def _scene(
+    study: Study, participant: str, solution: Solution, label: str, recorded: bool = False
+) -> Scene:
+    record, thorax = study.models[participant], study.thoraxes[participant]
+    return build_scene(solution, record, thorax, label, recorded=recorded)

@@ -1,0 +1,307 @@
+"""Results beyond tracking that the report shows: EMG, calibration, validation and prediction.
+
+All of them are optional: a study without predictions has no files of them, and its report says so.
+
+Letters: N nodes, C channels, M muscle elements.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.emg.channels import Channels, read_channels
+from scapulohumeral.emg.envelope import Envelopes, read_envelopes
+from scapulohumeral.model.motion import Motion, read_motion
+from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.report.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
+from scapulohumeral.stages.joint_loading import GlenohumeralLoad
+from scapulohumeral.stages.prediction import Condition
+from scapulohumeral.stages.quantities import solution_load
+from scapulohumeral.stages.segment_angles import thorax_angles
+
+
+@dataclass(frozen=True)
+class CoordinationFiles:
+    """Files of EMG, calibration, validation and prediction; empty where the study has none.
+
+    Attributes
+    ----------
+    channels : table of EMG channels
+    envelopes, emg_quality : ``<participant>/<trial>_envelope.csv`` and ``_quality.json``
+    calibrations : scored scalers, one per participant
+    validation : table of errors; validation_solutions : of the daily tasks
+    predictions, prediction_summaries : in the same order
+    prediction_summary, rhythm : tables of all predictions
+    geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
+    """
+
+    channels: Sequence[Path] = ()
+    envelopes: Sequence[Path] = ()
+    emg_quality: Sequence[Path] = ()
+    calibrations: Sequence[Path] = ()
+    validation: Sequence[Path] = ()
+    validation_solutions: Sequence[Path] = ()
+    predictions: Sequence[Path] = ()
+    prediction_summaries: Sequence[Path] = ()
+    prediction_summary: Sequence[Path] = ()
+    rhythm: Sequence[Path] = ()
+    geometry: Sequence[Path] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class EmgTrial:
+    """Envelopes (T, C) of one trial and the outcome of its quality checks."""
+
+    participant: str
+    trial: str
+    envelopes: Envelopes
+    quality: Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One predicted motion: solution, summary with certificate, and the model it is of."""
+
+    solution: Solution
+    summary: Mapping[str, Any]
+    record: Mapping[str, Any]
+
+    @property
+    def participant(self) -> str:
+        """Name of the participant."""
+        return self.solution.header["participant"]
+
+    @cached_property
+    def condition(self) -> Condition:
+        """The shoulder that was predicted."""
+        return Condition(**self.solution.header["condition"])
+
+    @property
+    def failed(self) -> bool:
+        """Whether the solver stopped without a solution."""
+        return self.solution.header["status"] != "optimal"
+
+    @property
+    def limited(self) -> frozenset[str]:
+        """Muscles that have lost some of their active force."""
+        condition = self.condition
+        return frozenset(condition.muscles if condition.capacity < 1.0 else ())
+
+    @property
+    def problem(self) -> tuple[Any, ...]:
+        """What tells its problem from others; equal for predictions from several starts."""
+        condition = self.condition
+        return (condition.parameters, condition.w_gh, self.limited, condition.capacity)
+
+    @property
+    def planes(self) -> dict[str, slice]:
+        """Nodes of each elevation."""
+        planes = self.solution.header["planes"]
+        return {plane: slice(*limits) for plane, limits in planes.items()}
+
+    @cached_property
+    def angles(self) -> np.ndarray:
+        """Angles in the thorax, shape (N, 10) [deg]."""
+        return thorax_angles(self.solution.pose)
+
+    @cached_property
+    def load(self) -> GlenohumeralLoad:
+        """Load of the glenoid."""
+        return solution_load(self.solution, self.record)
+
+
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """Solved predictions of one participant by their part in the study; failed ones are in none.
+
+    Attributes
+    ----------
+    predictions : all solved ones
+    published : published predictions by name
+    """
+
+    participant: str
+    predictions: tuple[Prediction, ...]
+    published: Mapping[str, Motion]
+
+    @property
+    def headline(self) -> tuple[Prediction, ...]:
+        """First solved prediction of each problem; further ones reach it from another start."""
+        first: dict[tuple[Any, ...], Prediction] = {}
+        for prediction in self.predictions:
+            first.setdefault(prediction.problem, prediction)
+        return tuple(first.values())
+
+    @property
+    def healthy(self) -> Prediction | None:
+        """Calibrated muscles with their full force."""
+        return self._first(lambda p: p.condition.parameters == "calibrated" and not p.limited)
+
+    @property
+    def generic(self) -> Prediction | None:
+        """Generic muscles with their full force."""
+        return self._first(lambda p: p.condition.parameters == "generic" and not p.limited)
+
+    @property
+    def sweep(self) -> tuple[Prediction, ...]:
+        """Cuff without force, by weight of joint stability."""
+        found = [p for p in self._cuff if p.condition.capacity == 0.0]
+        return tuple(sorted(found, key=lambda p: p.condition.w_gh))
+
+    @property
+    def cuff(self) -> Prediction | None:
+        """Cuff without force at the paper's weight of joint stability."""
+        found = [p for p in self.sweep if p.condition.w_gh == CUFF_STABILITY_WEIGHT]
+        return found[0] if found else None
+
+    @property
+    def cuff_at_healthy_weight(self) -> Prediction | None:
+        """Cuff without force at the weight of the healthy prediction."""
+        found = [p for p in self.graded if p.condition.capacity == 0.0]
+        return found[0] if found else None
+
+    @property
+    def graded(self) -> tuple[Prediction, ...]:
+        """Healthy shoulder and partial loss of the cuff at the same weight, most capacity first."""
+        healthy = self.healthy
+        if healthy is None:
+            return ()
+        partial = [p for p in self._cuff if p.condition.w_gh == healthy.condition.w_gh]
+        return (healthy, *sorted(partial, key=lambda p: -p.condition.capacity))
+
+    @property
+    def isolated(self) -> tuple[Prediction, ...]:
+        """Loss of other muscles than the paper's two."""
+        return tuple(p for p in self.headline if p.limited and p.limited != CUFF_MUSCLES)
+
+    @property
+    def _cuff(self) -> list[Prediction]:
+        return [p for p in self.headline if p.limited == CUFF_MUSCLES]
+
+    def _first(self, chosen: Any) -> Prediction | None:
+        return next((p for p in self.headline if chosen(p)), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Coordination:
+    """All results beyond tracking.
+
+    Attributes
+    ----------
+    channels : EMG channels, None without EMG
+    emg : trials with EMG
+    calibrations : documents by participant
+    validation : errors by participant, task and channel; empty without daily tasks
+    tasks : solutions by participant, task and parameters
+    predictions : all, failed ones included; cases : the solved ones by participant
+    prediction_table, rhythm : tables of results/prediction, empty without predictions
+    files : where they come from
+    """
+
+    channels: Channels | None
+    emg: list[EmgTrial]
+    calibrations: dict[str, dict[str, Any]]
+    validation: pd.DataFrame
+    tasks: dict[tuple[str, str, str], Solution]
+    predictions: list[Prediction]
+    cases: dict[str, Cases]
+    prediction_table: pd.DataFrame
+    rhythm: pd.DataFrame
+    files: CoordinationFiles
+
+    @property
+    def emg_word(self) -> str:
+        """What to call the EMG of this study: "simulated EMG" if any of it is."""
+        simulated = any(trial.envelopes.simulated for trial in self.emg)
+        simulated |= any(c["emg_simulated"] for c in self.calibrations.values())
+        return "simulated EMG" if simulated else "EMG"
+
+    def envelopes(self, participant: str, trial: str) -> Envelopes | None:
+        """Envelopes of one trial, None if it has no EMG."""
+        found = [e for e in self.emg if (e.participant, e.trial) == (participant, trial)]
+        return found[0].envelopes if found else None
+
+
+def read_coordination(
+    files: CoordinationFiles,
+    models: Mapping[str, Mapping[str, Any]],
+    published: Mapping[str, Mapping[str, Path]],
+) -> Coordination:
+    """Read all files.
+
+    Parameters
+    ----------
+    files : any of them may be missing
+    models : model records; published : files of published predictions; both by participant
+    """
+    channels = read_channels(files.channels[0]) if files.channels else None
+    predictions = _read_predictions(files, models)
+    calibrations = [json.loads(p.read_text(encoding="utf-8")) for p in files.calibrations]
+    return Coordination(
+        channels=channels,
+        emg=_read_emg(files, channels),
+        calibrations={document["participant"]: document for document in calibrations},
+        validation=_read_table(files.validation),
+        tasks=_read_tasks(files.validation_solutions),
+        predictions=predictions,
+        cases={
+            name: _cases(name, predictions, published.get(name, {}))
+            for name in dict.fromkeys(p.participant for p in predictions)
+        },
+        prediction_table=_read_table(files.prediction_summary),
+        rhythm=_read_table(files.rhythm),
+        files=files,
+    )
+
+
+def _read_table(paths: Sequence[Path]) -> pd.DataFrame:
+    return pd.concat([pd.read_csv(path) for path in paths]) if paths else pd.DataFrame()
+
+
+def _read_emg(files: CoordinationFiles, channels: Channels | None) -> list[EmgTrial]:
+    if channels is None:
+        return []
+    return [
+        EmgTrial(
+            participant=envelope.parent.name,
+            trial=envelope.stem.removesuffix("_envelope"),
+            envelopes=read_envelopes(envelope, channels.names),
+            quality=json.loads(quality.read_text(encoding="utf-8")),
+        )
+        for envelope, quality in zip(files.envelopes, files.emg_quality, strict=True)
+    ]
+
+
+def _read_tasks(paths: Sequence[Path]) -> dict[tuple[str, str, str], Solution]:
+    solutions = [read_solution(path, allow_failed=True) for path in paths]
+    return {
+        (s.header["participant"], s.header["trial"], s.header["parameters"]): s for s in solutions
+    }
+
+
+def _read_predictions(
+    files: CoordinationFiles, models: Mapping[str, Mapping[str, Any]]
+) -> list[Prediction]:
+    predictions = []
+    for path, summary in zip(files.predictions, files.prediction_summaries, strict=True):
+        solution = read_solution(path, allow_failed=True)
+        record = models[solution.header["participant"]]
+        document = json.loads(summary.read_text(encoding="utf-8"))
+        predictions.append(Prediction(solution, document, record))
+    return predictions
+
+
+def _cases(
+    participant: str, predictions: Sequence[Prediction], published: Mapping[str, Path]
+) -> Cases:
+    solved = tuple(p for p in predictions if p.participant == participant and not p.failed)
+    motions = {name: read_motion(path) for name, path in published.items()}
+    return Cases(participant, solved, motions)

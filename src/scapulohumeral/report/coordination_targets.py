@@ -1,0 +1,273 @@
+"""Targets of calibration, validation and prediction, and whether the results meet them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.report.coordination import Coordination
+from scapulohumeral.report.paper import CUFF_STABILITY_WEIGHT, PREDICTED_PARTICIPANT
+from scapulohumeral.report.tables import named_rows
+from scapulohumeral.report.targets import Verdict
+
+LARGEST_MEDIAN_ERROR = {"force": 0.05, "fibre": 0.03}
+KIND_NAMES = {"force": "maximum isometric force", "fibre": "optimal fibre length"}
+LEAST_COVERAGE = 0.8
+LEAST_MEAN_REDUCTION = 0.4
+LARGEST_INCREASE = 0.05
+HEALTHY_RHYTHM = (1.5, 3.0)
+LARGEST_KKT_ERROR = 1e-6
+LONGEST_SECONDS = 240.0
+WHOLE_RISE = "start-90"
+
+
+def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
+    """Targets of the parts that this study has."""
+    verdicts = []
+    if coordination.calibrations:
+        verdicts += calibration_verdicts(coordination.calibrations)
+    if not coordination.validation.empty:
+        verdicts += validation_verdicts(coordination.validation)
+    if not coordination.prediction_table.empty:
+        verdicts += solve_verdicts(coordination.prediction_table)
+        verdicts += [healthy_rhythm(coordination), *cuff_loss(coordination)]
+        verdicts.append(smallest_stable_weight(coordination))
+    return verdicts
+
+
+def calibration_verdicts(calibrations: Mapping[str, Mapping[str, Any]]) -> list[Verdict]:
+    """Errors against the plant and coverage of the intervals, worst participant.
+
+    Measured EMG has no known answer; its participants are left out.
+    """
+    scored = {name: c["scores"] for name, c in calibrations.items() if c["scores"]}
+    if not scored:
+        return []
+    verdicts = []
+    for kind, limit in LARGEST_MEDIAN_ERROR.items():
+        name = (
+            f"calibration to simulated EMG, {KIND_NAMES[kind]}: median error over the "
+            "identifiable groups"
+        )
+        errors = {p: scores[kind]["median_error"] for p, scores in scored.items()}
+        counts = ", ".join(
+            f"{p} {s[kind]['identifiable']} of {s[kind]['groups']}" for p, s in scored.items()
+        )
+        verdicts.append(_at_most(name, errors, limit, f" (identifiable: {counts})"))
+    coverage = {p: scores["coverage90"] for p, scores in scored.items()}
+    name = "calibration to simulated EMG: 90 % intervals that cover the truth"
+    return [*verdicts, _at_least(name, coverage, LEAST_COVERAGE)]
+
+
+def _at_most(name: str, errors: Mapping[str, float | None], limit: float, note: str) -> Verdict:
+    known = {p: e for p, e in errors.items() if e is not None}
+    worse = tuple(f"{p} {100 * e:.1f} %" for p, e in known.items() if e > limit)
+    worse += tuple(f"{p}: nothing identifiable" for p in errors if p not in known)
+    value = f"at most {100 * max(known.values()):.1f} %{note}" if known else "nothing identifiable"
+    return Verdict(name, value, f"≤ {100 * limit:g} %", not worse, worse)
+
+
+def _at_least(name: str, shares: Mapping[str, float | None], limit: float) -> Verdict:
+    known = {p: s for p, s in shares.items() if s is not None}
+    worse = tuple(f"{p} {100 * s:.0f} %" for p, s in known.items() if s < limit)
+    worse += tuple(f"{p}: nothing identifiable" for p in shares if p not in known)
+    value = f"at least {100 * min(known.values()):.0f} %" if known else "nothing identifiable"
+    return Verdict(name, value, f"≥ {100 * limit:g} %", not worse, worse)
+
+
+def channel_reductions(validation: pd.DataFrame) -> pd.DataFrame:
+    """Error of each participant and channel over all daily tasks, and its reduction.
+
+    Returns
+    -------
+    DataFrame                        columns participant, channel, generic, calibrated (root mean
+                                     square over tasks [1]) and reduction [1]; not a number where a
+                                     solve failed
+    """
+    squares = validation.assign(
+        generic=validation.rmse_generic**2, calibrated=validation.rmse_calibrated**2
+    )
+    groups = squares.groupby(["participant", "channel"], sort=False)[["generic", "calibrated"]]
+    table = groups.agg(_root_mean).reset_index()
+    return table.assign(reduction=1.0 - table.calibrated / table.generic)
+
+
+def _root_mean(squares: pd.Series) -> float:
+    """Not a number if one of them is none: a failed solve has no error."""
+    return float(np.sqrt(squares.mean(skipna=False)))
+
+
+def validation_verdicts(validation: pd.DataFrame) -> list[Verdict]:
+    """Mean reduction over the channels, and channels that got worse."""
+    table = channel_reductions(validation)
+    worse = tuple(
+        f"{r.participant} {r.channel} {100 * r.reduction:+.0f} %"
+        for r in named_rows(table)
+        if not r.reduction >= -LARGEST_INCREASE
+    )
+    mean = float(table.reduction.mean(skipna=False))
+    name = "validation on daily tasks: "
+    return [
+        Verdict(
+            name + "mean reduction of the excitation-EMG RMSE over the channels",
+            f"{100 * mean:.0f} %",
+            f"≥ {100 * LEAST_MEAN_REDUCTION:g} %",
+            mean >= LEAST_MEAN_REDUCTION,
+        ),
+        Verdict(
+            name + "channels whose RMSE grows",
+            f"{len(worse)} of {len(table)} by more than {100 * LARGEST_INCREASE:g} %",
+            f"none by more than {100 * LARGEST_INCREASE:g} %",
+            not worse,
+            worse,
+        ),
+    ]
+
+
+def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
+    """Status, certificates and time of all predictions.
+
+    Parameters
+    ----------
+    table : rows of results/prediction/summary.csv
+    """
+    solves = table.drop_duplicates(["participant", "condition"])
+    solved = solves[solves.status == "optimal"]
+    uncertified = _names(solved[~solved.certified.astype(bool)])
+    slow = _names(solves[solves.seconds > LONGEST_SECONDS], "seconds", " s")
+    failed = _names(solves[solves.status != "optimal"])
+    return [
+        Verdict(
+            "predictions: solves",
+            f"{len(solved)} of {len(solves)} optimal",
+            "all optimal",
+            not failed,
+            failed,
+        ),
+        Verdict(
+            "predictions: solutions with a certificate (KKT error with exact derivatives at most "
+            f"{LARGEST_KKT_ERROR:.0e}, positive definite reduced Hessian)",
+            f"{len(solved) - len(uncertified)} of {len(solved)}",
+            "all",
+            not uncertified,
+            uncertified,
+        ),
+        Verdict(
+            "predictions: time of a solve",
+            f"at most {solves.seconds.max():.0f} s, median {solves.seconds.median():.0f} s",
+            f"≤ {LONGEST_SECONDS:g} s",
+            not slow,
+            slow,
+        ),
+    ]
+
+
+def _names(rows: pd.DataFrame, column: str = "", unit: str = "") -> tuple[str, ...]:
+    return tuple(
+        f"{r.participant} {r.condition}" + (f" {getattr(r, column):.0f}{unit}" if column else "")
+        for r in named_rows(rows)
+    )
+
+
+def rhythm_of(rhythm: pd.DataFrame, participant: str, condition: str) -> dict[str, float]:
+    """Rhythm of the whole rise by plane."""
+    rows = rhythm[(rhythm.participant == participant) & (rhythm.condition == condition)]
+    rows = rows[rows.phase == WHOLE_RISE]
+    return dict(zip(rows.plane, rows.shr, strict=True))
+
+
+def peaks_of(
+    table: pd.DataFrame, participant: str, condition: str, column: str
+) -> dict[str, float]:
+    """A column of the table of predictions by plane."""
+    rows = table[(table.participant == participant) & (table.condition == condition)]
+    return dict(zip(rows.plane, rows[column], strict=True))
+
+
+def healthy_rhythm(coordination: Coordination) -> Verdict:
+    """Rhythm of the healthy prediction of the paper's participant, in every plane."""
+    low, high = HEALTHY_RHYTHM
+    name = f"healthy prediction of {PREDICTED_PARTICIPANT}: rhythm {WHOLE_RISE} deg"
+    target = f"{low:g} to {high:g} in each plane"
+    cases = coordination.cases.get(PREDICTED_PARTICIPANT)
+    if cases is None or cases.healthy is None:
+        return Verdict(name, "no healthy prediction", target, holds=False)
+    found = rhythm_of(coordination.rhythm, PREDICTED_PARTICIPANT, cases.healthy.condition.name)
+    worse = tuple(
+        f"{plane} {value:.2f}" for plane, value in found.items() if not low <= value <= high
+    )
+    value = ", ".join(f"{plane} {value:.2f}" for plane, value in found.items())
+    return Verdict(name, value, target, not worse and bool(found), worse)
+
+
+def cuff_loss(coordination: Coordination) -> list[Verdict]:
+    """Whether loss of the cuff lowers upward rotation and raises the rhythm, as in the paper."""
+    table, rhythm = coordination.prediction_table, coordination.rhythm
+    return [
+        _change(
+            coordination,
+            "peak upward rotation",
+            "falls in each plane",
+            lambda p, c: peaks_of(table, p, c, "peak_upward_rotation_deg"),
+            falls=True,
+        ),
+        _change(
+            coordination,
+            f"rhythm {WHOLE_RISE} deg",
+            "rises in each plane",
+            lambda p, c: rhythm_of(rhythm, p, c),
+            falls=False,
+        ),
+    ]
+
+
+def _change(
+    coordination: Coordination,
+    quantity: str,
+    target: str,
+    read: Callable[[str, str], dict[str, float]],
+    falls: bool,
+) -> Verdict:
+    name = f"loss of supraspinatus and infraspinatus (w_GH {CUFF_STABILITY_WEIGHT:g}): {quantity}"
+    changes: dict[str, float] = {}
+    for participant, cases in coordination.cases.items():
+        if cases.healthy and cases.cuff:
+            healthy = read(participant, cases.healthy.condition.name)
+            cuff = read(participant, cases.cuff.condition.name)
+            changes |= {f"{participant} {k}": cuff[k] - healthy[k] for k in healthy if k in cuff}
+    unit = " deg" if falls else ""
+    sense = -1.0 if falls else 1.0
+    # A rhythm that is not a number does not hold either.
+    worse = tuple(
+        f"{k} {change:+.2f}{unit}" for k, change in changes.items() if not sense * change > 0.0
+    )
+    if not changes:
+        return Verdict(name, "nothing to compare: a solve is missing", target, holds=False)
+    agreeing = f"{len(changes) - len(worse)} of {len(changes)}"
+    values = list(changes.values())
+    value = f"{agreeing}; changes {min(values):+.2f} to {max(values):+.2f}{unit}"
+    return Verdict(name, value, target, not worse, worse)
+
+
+def stable_weight(coordination: Coordination, participant: str) -> float | None:
+    """Smallest weight of the sweep from which on the force stays inside the glenoid."""
+    smallest = None
+    for prediction in reversed(coordination.cases[participant].sweep):
+        inside = [prediction.load.eccentricity[nodes].max() for nodes in prediction.planes.values()]
+        if max(inside) > 1.0:
+            break
+        smallest = prediction.condition.w_gh
+    return smallest
+
+
+def smallest_stable_weight(coordination: Coordination) -> Verdict:
+    """Whether some weight of the sweep keeps the joint force inside the glenoid."""
+    name = "loss of the cuff: smallest w_GH of the sweep that keeps the force inside the glenoid"
+    target = f"one exists (paper: {CUFF_STABILITY_WEIGHT:g}, {PREDICTED_PARTICIPANT})"
+    weights = {p: stable_weight(coordination, p) for p in coordination.cases}
+    value = ", ".join(f"{p} {'none' if w is None else f'{w:g}'}" for p, w in weights.items())
+    worse = tuple(p for p, w in weights.items() if w is None)
+    return Verdict(name, value, target, not worse, worse)

@@ -15,6 +15,19 @@ rule test_results:
             participant=config["participants"],
             formulation=config["formulations"],
         ),
+        channels="config/emg/channels.csv",
+        envelopes=emg_results("results/emg/{participant}/{trial}_envelope.csv"),
+        calibrations=expand(
+            "results/calibration/{participant}.json", participant=calibrated_participants()
+        ),
+        validation=(
+            ["results/validation/summary.csv"] if validation_results("{participant}") else []
+        ),
+        predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
+        prediction_summary=(
+            ["results/prediction/summary.csv"] if prediction_results("{participant}") else []
+        ),
+        rhythm=["results/prediction/shr.csv"] if prediction_results("{participant}") else [],
         report=f"reports/{config['report']}.html",
         tests=sorted(str(path) for path in Path("tests/results").glob("*.py")),
         code=code_of("scapulohumeral.ocp.solution", "scapulohumeral.report.targets"),

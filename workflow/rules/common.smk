@@ -181,6 +181,12 @@ def prediction_results(pattern):
     ]
 
 
+def prediction_table(name):
+    """A table of all predictions, where there are any."""
+    predicted = any(predicted_conditions(participant) for participant in config["participants"])
+    return [f"results/prediction/{name}.csv"] if predicted else []
+
+
 def tasks_of(participant):
     """Configured daily tasks that a participant has a recording of."""
     return [task for task in config["validation"]["tasks"] if task in trials_of(participant)]

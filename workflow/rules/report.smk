@@ -1,6 +1,16 @@
 # The report, the pictures of the README, and rules to look at the study or to remove its results.
 
 
+def emg_results(pattern):
+    """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
+    return [
+        path
+        for participant in calibrated_participants()
+        for trial in [*config["planes"], *tasks_of(participant)]
+        for path in expand(pattern, participant=participant, trial=trial)
+    ]
+
+
 rule render_report:
     input:
         summary="results/tracking/summary.csv",
@@ -30,6 +40,29 @@ rule render_report:
             for participant in config["participants"]
             for path in Path("config/participants", participant).glob("published/*.csv")
         ),
+        # Chapters of EMG, calibration, validation and prediction; without results, they say so.
+        channels=["config/emg/channels.csv"],
+        envelopes=emg_results("results/emg/{participant}/{trial}_envelope.csv"),
+        emg_quality=emg_results("results/emg/{participant}/{trial}_quality.json"),
+        calibrations=expand(
+            "results/calibration/{participant}.json", participant=calibrated_participants()
+        ),
+        validation=(
+            ["results/validation/summary.csv"] if validation_results("{participant}") else []
+        ),
+        validation_solutions=validation_results(
+            "results/validation/{participant}/{trial}_{muscles}.npz"
+        ),
+        predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
+        prediction_summaries=prediction_results(
+            "results/prediction/{participant}/{condition}.summary.json"
+        ),
+        prediction_summary=prediction_table("summary"),
+        rhythm=prediction_table("shr"),
+        geometry=expand(
+            "results/muscle_geometry/{participant}/quaternion.npz",
+            participant=config["participants"],
+        ),
         # The report lists the assumptions that comments in these files mark.
         sources=sorted(
             str(path)
@@ -38,7 +71,11 @@ rule render_report:
             if path.suffix in (".py", ".yaml")
         ),
         code=code_of("scapulohumeral.report.render"),
-        template="src/scapulohumeral/report/template.html.j2",
+        templates=sorted(
+            str(path)
+            for path in Path("src/scapulohumeral/report").iterdir()
+            if path.suffix in (".j2", ".js", ".css")
+        ),
     output:
         html=report(
             "reports/{report}.html",

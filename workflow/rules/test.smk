@@ -24,10 +24,8 @@ rule test_results:
             ["results/validation/summary.csv"] if validation_results("{participant}") else []
         ),
         predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
-        prediction_summary=(
-            ["results/prediction/summary.csv"] if prediction_results("{participant}") else []
-        ),
-        rhythm=["results/prediction/shr.csv"] if prediction_results("{participant}") else [],
+        prediction_summary=prediction_table("summary"),
+        rhythm=prediction_table("shr"),
         report=f"reports/{config['report']}.html",
         tests=sorted(str(path) for path in Path("tests/results").glob("*.py")),
         code=code_of("scapulohumeral.ocp.solution", "scapulohumeral.report.targets"),

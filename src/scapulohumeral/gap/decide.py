@@ -26,8 +26,9 @@ from scapulohumeral.gap.result import (
 APART = 0.95
 COVERAGE = 0.9
 POWER = 0.8
-# Candidates below this probability are not compared with each other.
+# Candidates below this probability are not compared with each other, nor more than so many.
 NEGLIGIBLE = 0.01
+COMPARED = 10
 AT_BOUND = 1e-6
 # Prior share of two effects at once.
 PAIRS = 0.1
@@ -113,9 +114,9 @@ def amplitudes(fitted: Fit) -> tuple[Amplitude, ...]:
 
 
 def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
-    """Fits that are not negligible, the most probable first."""
+    """Fits that are not negligible, the most probable first, at most `COMPARED`."""
     kept = [f for f in fits if found.labels[f.label] >= NEGLIGIBLE]
-    return sorted(kept, key=lambda f: -found.labels[f.label])
+    return sorted(kept, key=lambda f: -found.labels[f.label])[:COMPARED]
 
 
 def classes(fits: Sequence[Fit], comparison: Comparison, relative_error: float) -> list[list[str]]:

@@ -122,7 +122,8 @@ def _answer(
     present = is_there.present
     p = _posterior(evidence, fits, settings, present)
     likely = decide.likely(fits, p)
-    groups = decide.classes(likely, c, error)
+    apart = decide.separability(likely, c, error)
+    groups = decide.classes(likely, apart)
     best = max(fits, key=lambda f: p.labels[f.label])
     white = c.whiten(c.delta)
     ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
@@ -157,7 +158,7 @@ def _answer(
             "enters": enters_table(rows),
             "overlay": overlay_table(c, best),
             "signature": signature_table(c, best),
-            "isolability": isolability_table(likely, decide.separability(likely, c, error)),
+            "isolability": isolability_table(likely, apart),
             "amplitude": amplitude_table(best, by_task),
             **plain_tables({"robustness": variants}),
         },

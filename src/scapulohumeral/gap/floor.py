@@ -14,7 +14,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -251,8 +251,13 @@ class NullBank:
 
 def bank_hash(settings: GapSettings) -> str:
     """Hash of what thresholds depend on: the code of the diagnosis and its settings."""
-    code = provenance.code_hash("scapulohumeral.gap.attribute")
+    code = _code_hash()
     return hashlib.sha256((code + repr(settings)).encode()).hexdigest()
+
+
+@cache
+def _code_hash() -> str:
+    return provenance.code_hash("scapulohumeral.gap.evidence")
 
 
 def read_bank(path: Path, settings: GapSettings) -> tuple[NullBank | None, str]:

@@ -1,0 +1,127 @@
+"""Evidence and amplitudes on made-up signatures, where the answer is known."""
+
+import numpy as np
+import pytest
+from gap_movement import NODES, SETUP
+
+from scapulohumeral.gap.attribute import (
+    Hypothesis,
+    SignatureError,
+    black_box_evidence,
+    distance,
+    fit,
+    no_gap_evidence,
+    pair,
+    task_agreement,
+)
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.library import library
+from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+
+pytestmark = pytest.mark.unit
+
+FUNCTIONS = phase_functions(NODES, 4)
+TASKS = ("a", "b")
+SIZE = 2 * 10 * 4
+EFFECTS = {e.label: e for e in library(SETUP)}
+LOAD, DAMPING = EFFECTS["body/hand_load"], EFFECTS["body/joint_damping/GH"]
+MASS, GAIN = EFFECTS["body/segment_mass/forearm"], EFFECTS["body/strength_loss/biceps"]
+
+
+def comparison(delta, noise=1.0):
+    covariance = noise**2 * np.eye(SIZE)
+    return Comparison(delta, covariance, covariance, FUNCTIONS, TASKS, KINEMATIC_CHANNELS, 8)
+
+
+def hypothesis(effect, seed, size=4.0):
+    """An effect with a random signature."""
+    slope = size * np.random.default_rng(seed).normal(size=(SIZE, len(effect.params)))
+    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros(SIZE), slope)
+
+
+def noise(seed):
+    return np.random.default_rng(seed).normal(size=SIZE)
+
+
+@pytest.mark.parametrize("relative_error", [0.0, 0.3])
+def test_amplitude_is_found_within_its_interval(relative_error):
+    h = hypothesis(DAMPING, 1)
+    misses = []
+    for seed in range(40):
+        found = fit(h, comparison(h.slope @ [1.2] + noise(seed)), relative_error)
+        misses.append((found.x[0] - 1.2) / np.sqrt(found.covariance[0, 0]))
+    assert np.mean(np.abs(misses) < 1.96) > 0.85
+    assert abs(np.mean(misses)) < 0.6
+
+
+def test_amplitude_stays_inside_its_bounds():
+    h = hypothesis(DAMPING, 1)
+    assert fit(h, comparison(h.slope @ [-2.0]), 0.0).x[0] == 0.0
+    assert fit(h, comparison(h.slope @ [30.0]), 0.0).x[0] == pytest.approx(3.0)
+
+
+def test_the_right_effect_has_most_evidence():
+    right, wrong = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = comparison(right.slope @ [1.5] + noise(3))
+    box = np.random.default_rng(4).normal(size=(SIZE, 20))
+    found = fit(right, there, 0.2)
+    assert found.left < 1.5 * SIZE
+    assert found.log_evidence > fit(wrong, there, 0.2).log_evidence + 10
+    assert found.log_evidence > no_gap_evidence(there) + 10
+    assert found.log_evidence > black_box_evidence(there, box) + 10
+
+
+def test_pure_noise_speaks_for_no_gap():
+    for seed in range(10):
+        nothing = comparison(noise(seed))
+        found = fit(hypothesis(GAIN, 1), nothing, 0.2)
+        assert no_gap_evidence(nothing) > found.log_evidence - 1.0
+
+
+def test_a_smooth_unknown_cause_speaks_for_the_black_box():
+    box = 2.0 * np.random.default_rng(4).normal(size=(SIZE, 20))
+    there = comparison(box @ np.random.default_rng(5).normal(size=20) + noise(6))
+    assert black_box_evidence(there, box) > fit(hypothesis(DAMPING, 1), there, 0.2).log_evidence
+
+
+def test_two_causes_are_found_as_a_pair():
+    one, two = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = comparison(one.slope @ [1.5] + two.slope @ [0.2] + noise(3))
+    both = fit(pair(fit(one, there, 0.2), fit(two, there, 0.2)), there, 0.2)
+    assert both.label == "body/joint_damping/GH + body/segment_mass/forearm"
+    np.testing.assert_allclose(both.x, [1.5, 0.2], atol=0.15)
+    assert both.log_evidence > fit(one, there, 0.2).log_evidence
+
+
+def test_tasks_that_ask_for_different_amplitudes_disagree():
+    h = hypothesis(DAMPING, 1)
+    same = comparison(h.slope @ [1.5] + noise(3))
+    p, rows = task_agreement(h, same, 0.0)
+    assert p > 0.05
+    assert [task for task, _, _ in rows] == list(TASKS)
+    factor = np.repeat([0.5, 1.5], SIZE // 2)
+    p, _ = task_agreement(h, comparison(factor * (h.slope @ [1.5])), 0.0)
+    assert p < 1e-3
+    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0)[0] is None
+
+
+def test_equal_signatures_cannot_be_told_apart():
+    one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = comparison(one.slope @ [1.5])
+    found = fit(one, there, 0.1)
+    twin = Hypothesis((LOAD,), np.zeros(2), np.zeros(SIZE), np.hstack([one.slope, other.slope]))
+    assert distance(found, twin, there, 0.1) < 0.5
+    assert distance(found, other, there, 0.1) > 3.0
+
+
+def test_signature_error_equals_dense_algebra():
+    there = comparison(noise(0), 2.0)
+    predicted = np.random.default_rng(1).normal(size=SIZE)
+    error = SignatureError(there, predicted, 0.3)
+    dense = error.floor * np.eye(SIZE) + error.columns @ error.columns.T
+    np.testing.assert_allclose(error.solve(there.delta), np.linalg.solve(dense, there.delta))
+    assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
+    white = predicted / 2.0
+    np.testing.assert_allclose(
+        np.trace(dense), SIZE + 0.09 * (white @ white) * (1.0 + 0.3**2), rtol=1e-9
+    )

@@ -1,0 +1,88 @@
+"""Noise between repeats, and what it says without any."""
+
+import json
+
+import numpy as np
+import pytest
+from gap_movement import CHANNELS, NODES, SETTINGS
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.floor import (
+    Comparison,
+    bank_hash,
+    compress,
+    draws,
+    read_bank,
+    trial_noise,
+)
+from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+
+pytestmark = pytest.mark.unit
+
+NAMES = (*KINEMATIC_CHANNELS, *CHANNELS)
+FUNCTIONS = phase_functions(NODES, 4)
+
+
+def repeats(rng, count, size):
+    """Curves (count, N, K) that vary smoothly about a common mean."""
+    coefficients = rng.normal(size=(count, 4, len(NAMES))) * size
+    return 5.0 + np.einsum("nb,lbk->lnk", FUNCTIONS, coefficients)
+
+
+def test_curves_come_back_from_their_coefficients():
+    curves = repeats(np.random.default_rng(0), 2, 1.0)
+    vector = compress(list(curves), FUNCTIONS)
+    identity = np.eye(len(vector))
+    comparison = Comparison(vector, identity, identity, FUNCTIONS, ("a", "b"), NAMES, 3)
+    np.testing.assert_allclose(comparison.curves(vector), curves)
+    part = comparison.part(["b"])
+    np.testing.assert_allclose(part.curves(part.delta)[0], curves[1])
+
+
+def test_many_repeats_show_their_own_covariance():
+    groups = [repeats(np.random.default_rng(1), 400, 2.0)]
+    noise = trial_noise(groups, NAMES, FUNCTIONS, SETTINGS.noise)
+    assert noise.source == "repeats"
+    assert noise.degrees == 399
+    np.testing.assert_allclose(np.diag(noise.covariance), 4.0, rtol=0.2)
+
+
+def test_without_repeats_prior_knowledge_counts():
+    noise = trial_noise(
+        [repeats(np.random.default_rng(1), 1, 2.0)], NAMES, FUNCTIONS, SETTINGS.noise
+    )
+    assert noise.source == "bank"
+    total = np.diag(noise.covariance).reshape(len(NAMES), -1).sum(axis=1) / NODES
+    np.testing.assert_allclose(np.sqrt(total[:10]), SETTINGS.noise.kinematics_deg)
+    np.testing.assert_allclose(np.sqrt(total[10:]), SETTINGS.noise.emg)
+
+
+def test_whitened_noise_has_size_one():
+    rng = np.random.default_rng(2)
+    root = rng.normal(size=(56, 56))
+    covariance = root @ root.T + np.eye(56)
+    comparison = Comparison(
+        np.zeros(56), covariance, 0.5 * covariance, FUNCTIONS, ("a",), NAMES, 40
+    )
+    white = comparison.whiten(draws(comparison, 4000, 3))
+    np.testing.assert_allclose(np.cov(white), np.eye(56), atol=0.15)
+
+
+def test_bank_of_other_code_is_refused(tmp_path):
+    path = tmp_path / "null_bank.json"
+    assert read_bank(path, SETTINGS)[0] is None
+    content = {
+        "hash": bank_hash(SETTINGS),
+        "inflation": {"reference": 1.2},
+        "temperature": {"reference": 4.0},
+    }
+    path.write_text(json.dumps(content))
+    bank, reason = read_bank(path, SETTINGS)
+    assert (bank.inflation["reference"], reason) == (1.2, "")
+    path.write_text(json.dumps({**content, "hash": "other"}))
+    bank, reason = read_bank(path, SETTINGS)
+    assert bank is None
+    assert "other code" in reason
+    path.write_text("{}")
+    with pytest.raises(ConfigError, match="expected a null bank"):
+        read_bank(path, SETTINGS)

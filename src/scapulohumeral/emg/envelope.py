@@ -149,10 +149,18 @@ def linear_envelope(recording: Recording, settings: EnvelopeSettings) -> Array:
 
     The low-pass swings below zero beside a sudden onset; an amplitude cannot.
     """
-    corner = _corner(settings.cutoff_hz, recording.rate_hz, CORNER_FACTOR)
-    sections = butter(FILTER_ORDER, corner, fs=recording.rate_hz, output="sos")
     rectified = np.abs(band_passed(recording, settings))
-    return np.maximum(_both_ways(sections, rectified, recording.rate_hz), 0.0)
+    return np.maximum(low_passed(rectified, recording.rate_hz, settings), 0.0)
+
+
+def low_passed(signals: Array, rate_hz: float, settings: EnvelopeSettings) -> Array:
+    """Signals (T, ...) through the low-pass that makes an envelope, whatever their sampling rate.
+
+    An excitation has to pass it before it is compared with an envelope.
+    """
+    corner = _corner(settings.cutoff_hz, rate_hz, CORNER_FACTOR)
+    sections = butter(FILTER_ORDER, corner, fs=rate_hz, output="sos")
+    return _both_ways(sections, signals, rate_hz)
 
 
 def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:

@@ -120,6 +120,8 @@ def calibrate(
         "emg_simulated": study.simulated,
         "status": "converged" if refined.converged else "not converged",
         "misfit": refined.misfit,
+        "activation_time": float(refined.times[0]),
+        "deactivation_time": float(refined.times[1]),
         "iterations": len(refined.history),
         "history": refined.history,
         "groups": describe(study.scalers, refined, first.scalers, settings),

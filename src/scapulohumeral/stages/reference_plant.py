@@ -9,7 +9,7 @@ Letters: N nodes, C channels.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -95,12 +95,18 @@ def read_plant(path: Path, groups: tuple[str, ...]) -> Plant:
     Raises
     ------
     ConfigError
-        If a virtual muscle group is missing or unknown, or a factor is not positive.
+        If a key or virtual muscle group is missing or unknown, or a factor is not positive.
     """
     document: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-    if document.pop("schema", None) != "plant/1":
-        raise ConfigError(f"{path}: expected schema plant/1. Correct the first key.")
+    keys = [field.name for field in fields(Plant)]
+    if document.pop("schema", None) != "plant/1" or set(document) != set(keys):
+        raise ConfigError(
+            f"{path}: keys {', '.join(document)}; expected schema plant/1 and {', '.join(keys)}"
+        )
     plant = Plant(**document)
+    for kind in ("activation_time", "deactivation_time"):
+        if not getattr(plant, kind) > 0:
+            raise ConfigError(f"{path}, {kind}: {document[kind]}; expected a positive factor")
     for kind in ("force", "fibre"):
         factors = getattr(plant, kind)
         if set(factors) != set(groups) or not all(value > 0 for value in factors.values()):

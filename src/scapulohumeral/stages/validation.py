@@ -106,13 +106,10 @@ def summarise_validation(
         part.insert(0, "participant", about["participant"])
         parts.append(part)
     long = pd.concat(parts)
-    wide = long.pivot_table(
-        index=["participant", "task", "channel"],
-        columns="parameters",
-        values="rmse",
-        sort=False,
-        dropna=False,
-    )
-    wide = wide.dropna(how="all").add_prefix("rmse_")[[f"rmse_{name}" for name in PARAMETERS]]
+    keys = ["participant", "task", "channel"]
+    wide = long.set_index([*keys, "parameters"])["rmse"].unstack()
+    # In the order of the solutions; a solve that is missing or failed leaves gaps.
+    order = pd.MultiIndex.from_frame(long[keys].drop_duplicates())
+    wide = wide.reindex(index=order, columns=list(PARAMETERS)).add_prefix("rmse_")
     wide["reduction"] = 1.0 - wide["rmse_calibrated"] / wide["rmse_generic"]
     wide.reset_index().to_csv(summary, index=False, float_format="%.6g")

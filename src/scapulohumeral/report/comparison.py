@@ -17,13 +17,16 @@ from scapulohumeral.report.coordination_targets import (
 )
 from scapulohumeral.report.prediction_figures import published_angles
 from scapulohumeral.report.study import Study
-from scapulohumeral.report.tables import Table, published_comparison
+from scapulohumeral.report.tables import Table, number_or_none, published_comparison
 from scapulohumeral.stages.rhythm import PhaseRhythm, phase_rhythm, rhythm_by_plane
 from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN
 
-# Upward rotations that differ by less tell the same story [deg]: repeated recordings of one
-# scapula with skin markers differ by more.
-SAME_UPWARD_ROTATION_DEG = 3.0
+# Upward rotations that differ by less tell the same story: share of the published one, but at least
+# so many degrees.
+SAME_SHARE = 0.2
+SAME_DEG = 1.0
+# Largest part of an elevation that may be missing at the end of a published motion [s].
+LATEST_END_S = 0.3
 LARGEST_PUBLISHED_NORM_RMSE = 1e-14
 COLUMNS = ("part", "quantity", "published", "reproduced", "difference", "why")
 
@@ -66,12 +69,12 @@ def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | Non
     about = cases.healthy
     if about is None or name not in cases.published:
         return None
-    motion = cases.published[name]
-    angles = published_angles(motion)
+    known, angles = published_angles(cases, cases.published[name])
     times = about.solution.time_s[about.planes[plane]]
-    times = times[times <= motion.time_s[-1]]
+    if not len(known) or known[0] > times[0] or known[-1] < times[-1] - LATEST_END_S:
+        return None
     elevation, upward = (
-        np.interp(times, motion.time_s, angles[:, column])
+        np.interp(times, known, angles[:, column])
         for column in (ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN)
     )
     phases = {phase.phase: phase for phase in phase_rhythm(elevation, upward)}
@@ -81,6 +84,8 @@ def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | Non
 def _row(
     part: str, quantity: str, published: float, ours: float, why: str, digits: int = 2
 ) -> tuple[str, ...]:
+    if np.isnan(ours):
+        return (part, quantity, f"{published:.{digits}f}", "none", "", why)
     numbers = (f"{published:.{digits}f}", f"{ours:.{digits}f}", f"{ours - published:+.{digits}f}")
     return (part, quantity, *numbers, why)
 
@@ -171,16 +176,15 @@ def _rhythm_reason(cases: Cases, name: str, published: float, phase: PhaseRhythm
     """How much upward rotation the difference is, and what the published motion itself gives."""
     expected = phase.delta_th_deg / (published + 1.0)
     turned = f"upward rotation {phase.delta_ts_deg:.1f} deg here, {expected:.1f} deg by the paper"
-    if abs(phase.delta_ts_deg - expected) <= SAME_UPWARD_ROTATION_DEG:
-        turned += f": agrees within {SAME_UPWARD_ROTATION_DEG:g} deg"
+    tolerance = max(SAME_DEG, SAME_SHARE * expected)
+    if abs(phase.delta_ts_deg - expected) <= tolerance:
+        turned += f": agrees within {tolerance:.1f} deg"
     parts = [turned, phase.note]
     plane = published_plane(cases, name, phase.plane)
     if plane is not None:
         measured = plane.rhythm[phase.phase]
-        parts.append(
-            f"the published motion, measured as here: {measured.shr:.2f}, elevation "
-            f"{measured.from_deg:.0f} to {measured.to_deg:.0f} deg"
-        )
+        ratio = number_or_none(measured.shr)
+        parts.append(f"the published motion, measured as here: {ratio}")
     return "; ".join(part for part in parts if part)
 
 
@@ -272,7 +276,7 @@ def _clavicle_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
                 printed,
                 f"{angle.min():.1f} to {angle.max():.1f}",
                 difference,
-                "read by the paper's authors from their figure; negative: retraction, depression",
+                "the paper gives rounded ranges; negative: retraction, depression",
             )
 
 
@@ -313,7 +317,7 @@ def published_rhythm_table(rhythm: pd.DataFrame, cases: Cases) -> Table:
         values = part.set_index("phase")
         published = paper.RHYTHM[known[condition]].get(plane, {}) if condition in known else {}
         cells = [
-            f"{values.shr[phase]:.2f}"
+            number_or_none(values.shr[phase])
             + (f" ({published[phase]:.2f})" if phase in published else "")
             for phase in values.index
         ]

@@ -13,8 +13,14 @@ from matplotlib.patches import Ellipse
 
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.paper import ORTHOLOAD_BW
-from scapulohumeral.report.prediction_figures import CUFF, HEALTHY, condition_label
+from scapulohumeral.report.prediction_figures import (
+    CUFF,
+    HEALTHY,
+    condition_label,
+    muscle_names,
+)
 from scapulohumeral.report.svg import Drawing, Picture, styled
+from scapulohumeral.report.tables import number_or_none
 from scapulohumeral.stages.joint_loading import ANTERIOR_POSTERIOR_LIMIT, SUPERIOR_INFERIOR_LIMIT
 from scapulohumeral.stages.quantities import peaks
 from scapulohumeral.stages.rhythm import rhythm_by_plane
@@ -23,7 +29,7 @@ PLANE_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 RANGE = 1.25
 RIM_NOTE = (
     "Point of the glenoid at which the force of the humeral head is directed: shear over "
-    "compression, seen from lateral with superior up; the ellipse is the rim. Points outside the "
+    "compression, seen from lateral; the ellipse is the rim. Points outside the "
     "panel lie beyond its edge."
 )
 
@@ -99,10 +105,11 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
         drawing.keep(panel, f"{plane}, superior", times, superior)
         drawing.keep(panel, f"{plane}, posterior", times, posterior)
     reach = RANGE * SUPERIOR_INFERIOR_LIMIT
-    axes.set_xlim(-reach, reach)
+    # From lateral the front of a right shoulder is on the right.
+    axes.set_xlim(reach, -reach)
     axes.set_ylim(-reach, reach)
     axes.set_aspect("equal")
-    axes.set_xlabel("anterior ←   → posterior [1]")
+    axes.set_xlabel("posterior ←   → anterior [1]")
     axes.set_ylabel("inferior ←   → superior [1]")
 
 
@@ -162,7 +169,7 @@ def capacity_figure(cases: Cases) -> Picture | None:
         f"capacity_{cases.participant}",
         f"Participant {cases.participant}: force of supraspinatus and infraspinatus partly lost, "
         f"w_GH {cases.graded[0].condition.w_gh:g}; right of it complete loss of "
-        + (", ".join(" ".join(p.condition.muscles) for p in cases.isolated) or "no other muscle")
+        + (", ".join(map(muscle_names, cases.isolated)) or "no other muscle")
         + " alone. No line: the rhythm is no number, because the scapula hardly turns upward.",
     )
 
@@ -202,7 +209,7 @@ def stability_rows(predictions: Sequence[Prediction]) -> list[tuple[str, ...]]:
                     condition_label(prediction),
                     plane,
                     f"{values['peak_upward_rotation_deg']:.1f}",
-                    f"{values['rhythm']:.2f}",
+                    number_or_none(values["rhythm"]),
                     f"{values['peak_gh_force_bw']:.1f}",
                     f"{values['max_eccentricity']:.2f}",
                     f"{100 * values['fraction_outside']:.0f}",

@@ -76,3 +76,11 @@ CLAVICLE_RANGE_DEG: dict[str, dict[str, tuple[float, float | None]]] = {
     "calibrated": {"elevation": (5.0, 12.0), "retraction": (-32.0, -20.0)},
     "generic": {"elevation": (-8.0, 10.0), "retraction": (-45.0, None)},
 }
+
+# When the elevations of the published composite predictions begin and end [s]: the lengths of the
+# three recordings, and two equal pauses that fill the published 10.72 s.
+COMPOSITE_ELEVATIONS_S = {
+    "frontal": (0.0, 3.16),
+    "scapular": (4.06, 6.98),
+    "sagittal": (7.88, 10.72),
+}

@@ -16,8 +16,9 @@ from matplotlib.axes import Axes
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, trial_to_pose
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
-from scapulohumeral.report.figures import ANGLE_TITLES
+from scapulohumeral.report.figures import ANGLE_TITLES, GROUP_NAMES
 from scapulohumeral.report.kinematics import on_branch, unwrap_deg
+from scapulohumeral.report.paper import COMPOSITE_ELEVATIONS_S
 from scapulohumeral.report.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.svg import COLOURS, LINES, Drawing, Picture, styled
 from scapulohumeral.stages.rhythm import rising_part
@@ -59,9 +60,14 @@ def condition_label(prediction: Prediction) -> str:
     condition = prediction.condition
     if not prediction.limited:
         return f"healthy, {condition.parameters} muscles"
-    names = " and ".join(condition.muscles).replace("supra", "supraspinatus")
-    names = names.replace("infra", "infraspinatus")
-    return f"{names} at {100 * condition.capacity:.0f} %, w_GH {condition.w_gh:g}"
+    return (
+        f"{muscle_names(prediction)} at {100 * condition.capacity:.0f} %, w_GH {condition.w_gh:g}"
+    )
+
+
+def muscle_names(prediction: Prediction) -> str:
+    """Muscles that the condition limits, in words."""
+    return " and ".join(GROUP_NAMES.get(m, m) for m in prediction.condition.muscles)
 
 
 def predicted(prediction: Prediction, label: str, line: Mapping[str, Any]) -> Curves:
@@ -77,17 +83,31 @@ def tracked(prediction: Prediction) -> Curves:
 
 
 def published(cases: Cases) -> list[Curves]:
-    """Curves of the published predictions of this participant."""
+    """Curves of the published predictions of this participant, on the clock of ours."""
     curves = []
     for name, motion in cases.published.items():
         label, line = PUBLISHED_LINES.get(name, (f"published, {name}", PUBLISHED))
-        curves.append(Curves(label, motion.time_s, published_angles(motion), line))
+        time_s, angles = published_angles(cases, motion)
+        curves.append(Curves(label, time_s, angles, line))
     return curves
 
 
-def published_angles(motion: Motion) -> Array:
-    """Angles in the thorax (T, 10) [deg] of a published motion."""
-    return thorax_angles(trial_to_pose(motion.angles_rad))
+def published_angles(cases: Cases, motion: Motion) -> tuple[Array, Array]:
+    """Times (T,) [s] and angles (T, 10) [deg] of a published prediction.
+
+    Its elevations are put at the times of ours; only the pauses, which are shorter there, stretch.
+    What lies outside of the elevations of this study is left out.
+    """
+    about = cases.healthy
+    planes = {} if about is None else about.planes
+    known = [plane for plane in planes if plane in COMPOSITE_ELEVATIONS_S]
+    if about is None or not known:
+        return np.zeros(0), np.zeros((0, 10))
+    theirs = np.concatenate([COMPOSITE_ELEVATIONS_S[plane] for plane in known])
+    ours = np.concatenate([about.solution.time_s[planes[plane]][[0, -1]] for plane in known])
+    inside = (motion.time_s >= theirs[0]) & (motion.time_s <= theirs[-1] + 0.01)
+    angles = thorax_angles(trial_to_pose(motion.angles_rad[inside]))
+    return np.interp(motion.time_s[inside], theirs, ours), angles
 
 
 def shades(count: int) -> list[Any]:
@@ -299,15 +319,15 @@ def prediction_excitations(
             drawing.curve(axes, label, prediction.solution.time_s, excitation, **line)
         axes.set_ylim(bottom=0.0)
     drawing.figure.supxlabel("time [s]")
-    drawing.figure.supylabel("excitation, EMG over MVC [1]")
+    drawing.figure.supylabel(f"excitation, {coordination.emg_word} over MVC [1]")
     entries = {coordination.emg_word: EMG_LINE}
     drawing.legend(entries | {label: line for label, (_, line) in shown.items()})
     return drawing.finish(
         f"prediction_emg_{cases.participant}",
         f"Participant {cases.participant}: excitation predicted for each channel (mean of its "
         f"elements) and {coordination.emg_word} of the same elevations. "
-        f"{coordination.emg_word.capitalize()} is not defined in the pauses (grey), and belongs to "
-        "the healthy shoulder; scapula and clavicle of a prediction move differently.",
+        "No EMG is defined in the pauses (grey). It belongs to the healthy shoulder with the "
+        "tracked scapula; in a prediction the scapula moves differently.",
     )
 
 

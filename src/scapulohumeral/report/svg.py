@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -35,6 +36,9 @@ LINES: dict[str, dict[str, Any]] = {
     "published": {"linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 2},
 }
 FAILED_LINE = (0, (1, 1.5))
+# Letters of the legend that fit into an inch, and the room that a line and its spaces take.
+LETTERS_PER_INCH = 14
+HANDLE_LETTERS = 7
 STYLE: Any = {
     # Text stays text, and identifiers follow from the content: equal results give equal files.
     "svg.fonttype": "none",
@@ -87,10 +91,15 @@ class Drawing:
         self._curves.append(pd.DataFrame({"curve": f"{panel} | {curve}", "x": x, "y": y}))
 
     def legend(self, entries: Mapping[str, Mapping[str, Any]]) -> None:
-        """One legend for all panels, above them."""
+        """One legend for all panels, above them, in as many rows as its labels need."""
         handles = [mpl.lines.Line2D([], [], label=label, **line) for label, line in entries.items()]
+        letters = sum(len(label) + HANDLE_LETTERS for label in entries)
+        rows = math.ceil(letters / (LETTERS_PER_INCH * self.figure.get_figwidth()))
         self.figure.legend(
-            handles=handles, loc="outside upper center", ncols=len(handles), frameon=False
+            handles=handles,
+            loc="outside upper center",
+            ncols=math.ceil(len(handles) / rows),
+            frameon=False,
         )
 
     def watermark(self, text: str) -> None:

@@ -58,6 +58,11 @@ def named_rows(table: pd.DataFrame) -> list[Any]:
     return list(table.itertuples(index=False))
 
 
+def number_or_none(value: float, digits: int = 2) -> str:
+    """A number as text; "none" for what is not a number."""
+    return "none" if np.isnan(value) else f"{value:.{digits}f}"
+
+
 def masses(study: Study) -> Table:
     """Arm mass of each participant against de Leva's anthropometry."""
     rows: list[tuple[str, ...]] = []

@@ -85,7 +85,7 @@ def error_figure(coordination: Coordination) -> Picture:
         axes.set_yticks(positions, [name.replace("_", " ") for name in names])
     drawing.axes[0, 0].set_ylim(len(names) - 0.5, -0.5)
     drawing.axes[0, 0].set_xlim(left=0.0)
-    drawing.figure.supxlabel("root mean square of excitation minus EMG [1]")
+    drawing.figure.supxlabel(f"root mean square of excitation minus {coordination.emg_word} [1]")
     marker = {"linestyle": "none", "marker": "o"}
     drawing.legend({k: {"color": line["color"], **marker} for k, line in LINES.items()})
     return drawing.finish(
@@ -116,7 +116,7 @@ def task_figure(coordination: Coordination, participant: str, task: str) -> Pict
             drawing.curve(axes, label, solution.time_s, solution.excitation @ row, **LINES[label])
         axes.set_ylim(bottom=0.0)
     drawing.figure.supxlabel("time [s]")
-    drawing.figure.supylabel("excitation, EMG over MVC [1]")
+    drawing.figure.supylabel(f"excitation, {coordination.emg_word} over MVC [1]")
     lines = {label: LINES[label] for label in solved}
     drawing.legend({coordination.emg_word: EMG_LINE, **lines})
     missing = [label for label in LINES if label not in solved]

@@ -1,0 +1,106 @@
+"""Daily tasks against EMG: errors by channel, with generic and calibrated muscles side by side."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from emg_study import CHANNELS, CONFIG
+from muscle_record import ELEMENTS
+from synthetic_study import solution
+
+from scapulohumeral.emg.envelope import Envelopes, write_envelopes
+from scapulohumeral.errors import DataError
+from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.stages.validation import compare_with_emg, summarise_validation
+
+pytestmark = pytest.mark.unit
+
+TABLE = CONFIG / "emg" / "channels.csv"
+TASKS = ("frontal", "sagittal")
+ENVELOPE = 0.3
+
+
+def task_files(folder, task, parameters, excitation, status="optimal"):
+    """A solution of constant excitation (by element) and an envelope of 0.3 in every channel."""
+    solved = solution("par2", task, "quaternion", status)
+    values = np.broadcast_to(excitation, (len(solved.time_s), len(ELEMENTS)))
+    solved = replace(
+        solved,
+        header={**solved.header, "parameters": parameters},
+        excitation=values,
+        muscles=np.array(list(ELEMENTS)),
+    )
+    path = folder / f"{task}_{parameters}.npz"
+    write_solution(solved, path)
+    time = np.array([solved.time_s[0] - 0.1, solved.time_s[-1] + 0.1])
+    envelope = folder / f"{task}.csv"
+    flat = np.full((2, len(CHANNELS.names)), ENVELOPE)
+    write_envelopes(envelope, Envelopes(CHANNELS.names, time, flat, simulated=True))
+    return path, envelope
+
+
+def summary(folder, cases) -> pd.DataFrame:
+    """Table of cases (task, parameters, excitation, status)."""
+    solutions, envelopes = zip(*(task_files(folder, *case) for case in cases), strict=True)
+    summarise_validation(solutions, TABLE, envelopes, folder / "summary.csv")
+    return pd.read_csv(folder / "summary.csv")
+
+
+def test_channel_error_is_that_of_the_mean_of_its_elements(tmp_path):
+    channel = CHANNELS.names.index("anterior_deltoid")
+    first, second = CHANNELS.elements[channel]
+    excitation = np.full(len(ELEMENTS), ENVELOPE)
+    for name, value in ((first, 0.5), (second, 0.7)):
+        excitation[list(ELEMENTS).index(name)] = value
+    path, envelope = task_files(tmp_path, "frontal", "generic", excitation)
+    table = compare_with_emg(path, TABLE, envelope)
+    assert table["channel"].tolist() == list(CHANNELS.names)
+    expected = np.where(table["channel"] == "anterior_deltoid", 0.6 - ENVELOPE, 0.0)
+    np.testing.assert_allclose(table["rmse"], expected, atol=1e-9)
+
+
+def test_both_kinds_of_muscles_stand_side_by_side(tmp_path):
+    table = summary(
+        tmp_path,
+        [
+            ("frontal", "generic", 0.5),
+            ("frontal", "calibrated", 0.4),
+            ("sagittal", "calibrated", 0.25),
+            ("sagittal", "generic", 0.2),
+        ],
+    )
+    assert len(table) == 2 * len(CHANNELS.names)
+    for task, generic, calibrated in (("frontal", 0.2, 0.1), ("sagittal", 0.1, 0.05)):
+        rows = table[table["task"] == task]
+        assert rows["channel"].tolist() == list(CHANNELS.names)
+        assert (rows["participant"] == "par2").all()
+        np.testing.assert_allclose(rows["rmse_generic"], generic, atol=1e-6)
+        np.testing.assert_allclose(rows["rmse_calibrated"], calibrated, atol=1e-6)
+        np.testing.assert_allclose(rows["reduction"], 0.5, atol=1e-4)
+
+
+def test_failed_solve_has_no_error(tmp_path):
+    table = summary(
+        tmp_path,
+        [("frontal", "generic", 0.5), ("frontal", "calibrated", 0.4, "failed")],
+    )
+    assert len(table) == len(CHANNELS.names)
+    np.testing.assert_allclose(table["rmse_generic"], 0.2, atol=1e-6)
+    assert table[["rmse_calibrated", "reduction"]].isna().all(axis=None)
+
+
+def test_task_that_failed_with_all_muscles_keeps_its_rows(tmp_path):
+    table = summary(
+        tmp_path,
+        [(task, kind, 0.5, "failed" if task == "sagittal" else "optimal")
+         for task in TASKS for kind in ("generic", "calibrated")],
+    )  # fmt: skip
+    rows = table[table["task"] == "sagittal"]
+    assert len(rows) == len(CHANNELS.names)
+    assert rows[["rmse_generic", "rmse_calibrated"]].isna().all(axis=None)
+
+
+def test_unknown_muscles_are_refused(tmp_path):
+    with pytest.raises(DataError, match="muscles 'stronger'"):
+        summary(tmp_path, [("frontal", "stronger", 0.5)])

@@ -215,17 +215,10 @@ def validation_envelopes(wildcards):
 
 
 def calibrated_participants():
-    """Participants whose muscles are calibrated: a prediction or a daily task needs them."""
-    conditions = config["prediction"]["conditions"]
-    return [
-        participant
-        for participant in config["participants"]
-        if tasks_of(participant)
-        or any(
-            conditions[name]["parameters"] == "calibrated"
-            for name in predicted_conditions(participant)
-        )
-    ]
+    """Participants whose muscles are calibrated: all, if anything in the study needs calibration."""
+    if config["validation"]["tasks"] or prediction_table("summary"):
+        return config["participants"]
+    return []
 
 
 def tracking_results(pattern):

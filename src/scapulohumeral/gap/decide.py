@@ -119,9 +119,11 @@ def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
     return sorted(kept, key=lambda f: -found.labels[f.label])[:COMPARED]
 
 
-def classes(fits: Sequence[Fit], comparison: Comparison, relative_error: float) -> list[list[str]]:
-    """Labels that these trials cannot tell apart, by complete linkage in the order of the fits."""
-    apart = separability(fits, comparison, relative_error)
+def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
+    """Labels that these trials cannot tell apart, by complete linkage in the order of the fits.
+
+    `apart` is made by :func:`separability`.
+    """
     groups: list[list[int]] = []
     for i in range(len(fits)):
         home = next((g for g in groups if all(apart[i, k] < APART for k in g)), None)

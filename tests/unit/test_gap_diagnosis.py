@@ -1,0 +1,186 @@
+"""A whole diagnosis on made-up nominal solutions: verdicts, missing data, a valid answer."""
+
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
+
+from scapulohumeral.gap import decide, evidence
+from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
+from scapulohumeral.gap.diagnosis import diagnose
+from scapulohumeral.gap.library import EMG_FAMILIES
+from scapulohumeral.gap.observe import phase_functions
+from scapulohumeral.gap.result import to_json
+from scapulohumeral.gap.signatures import (
+    DOF,
+    SMOOTH,
+    Response,
+    record_derivative,
+    session_changes,
+)
+from scapulohumeral.model.rotations import pose_to_trial
+
+pytestmark = pytest.mark.unit
+
+TASKS = {"high": 1.5, "low": 1.0}
+RIGHT = "body/strength_loss/biceps"
+AMOUNT = np.log(0.5)
+HASHES = {"code": "c", "config": "d", "model": "m", "inputs": "i", "null_bank": None}
+
+
+def smooth_change(name, channels, nodes=NODES):
+    """Smooth random change (N, K) of the elbow by some degrees, and of EMG by some hundredths."""
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    shape = phase_functions(nodes, 3) * np.sqrt(nodes)
+    curves = shape @ rng.normal(size=(3, channels))
+    return curves * np.array([0.0] * 9 + [4.0] + [0.05] * (channels - 10))
+
+
+def made_up_response(task, anchor, model, effects, recorder, settings):
+    """A nominal solution that predicts the record, with made-up derivatives."""
+    channels = 10 + len(recorder.channels)
+    signatures = tuple(
+        np.stack([smooth_change(f"{e.label}{p.name}", channels) for p in e.params])
+        if e.changes_body
+        else record_derivative(e, np.zeros(len(e.params)), anchor)
+        for e in effects
+    )
+    slack = np.stack(
+        [[smooth_change(f"slack{i}{k}", channels) for k in range(SMOOTH)] for i in range(DOF)]
+    )
+    none = np.zeros((1, NODES, channels))
+    levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
+    return Response(
+        task, anchor, anchor, None, signatures, none, session_changes(anchor, settings), slack,
+        levers, np.zeros((NODES - 1, 10)),
+    )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _made_up(monkeypatch):
+    monkeypatch.setattr(evidence, "respond", made_up_response)
+    monkeypatch.setattr(evidence, "nominal_body", lambda model, nodes: small_body())
+    monkeypatch.setattr(evidence, "_refit_or_keep", lambda first, *rest: first)
+
+
+def trial(task, repeat, change, emg, seed):
+    """A recorded trial: the record of its task, changed, with noise."""
+    rng = np.random.default_rng(seed)
+    record = small_record(TASKS[task])
+    noise = phase_functions(NODES, 3) @ rng.normal(size=(3, 12))
+    curves = change + noise * np.where(np.arange(12) < 10, 0.6, 0.01)
+    time = np.linspace(0.0, 0.44, NODES)
+    angles = pose_to_trial(record.pose)
+    angles[:, 9] += np.deg2rad(curves[:, 9])
+    series = EmgSeries(time, CHANNELS, record.emg + curves[:, 10:]) if emg else None
+    window = (0.0, 0.44)
+    return GapTrial(f"{task}_r{repeat}", task, repeat, time, angles, series, None, window, Path())
+
+
+def case(effect=None, emg=True, reference=True, repeats=3, tasks=tuple(TASKS)):
+    change = np.zeros((NODES, 12))
+    if effect:
+        change = AMOUNT * smooth_change(f"{effect}f0_factor", 12)
+    sides = [
+        [
+            trial(task, i, amount, emg, 100 * side + 10 * i + len(task))
+            for task in tasks
+            for i in range(repeats)
+        ]
+        for side, amount in enumerate((change, 0.0 * change))
+    ]
+    participant = GapParticipant(
+        id="x",
+        side="right",
+        model=ScaledModel({}, 80.0, {}, "published"),
+        gravity_mps2=(0.0, -9.81, 0.0),
+        emg_channels={"EMG_a": ("coracobrachialis",), "EMG_b": ("biceps",)} if emg else {},
+        emg_unit="fraction_of_mvc",
+        neighbours=(CHANNELS,) if emg else (),
+    )
+    return make_case(participant, sides[0], sides[1] if reference else [], threads=1)
+
+
+def diagnosed(**how):
+    done = diagnose(case(**how), None, SETTINGS)
+    to_json(replace(done, hashes=HASHES))
+    return done
+
+
+def test_equal_trials_show_no_gap():
+    done = diagnosed()
+    assert not done.gap.present
+    assert done.no_gap_p >= 0.5
+    assert "no_gap" in done.set90
+    assert done.shrinkage is None
+    assert done.regions.shows == ()
+
+
+def test_the_effect_behind_a_gap_is_named():
+    done = diagnosed(effect=RIGHT)
+    assert done.gap.present
+    assert RIGHT in done.candidates[0].label
+    assert RIGHT in " ".join(done.set90)
+    assert {region.channel for region in done.regions.shows} & {"EL_rx", *CHANNELS}
+    assert done.gap.floor_source == "repeats"
+    assert any("null bank" in warning for warning in done.warnings)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"emg": False},
+        {"reference": False},
+        {"emg": False, "reference": False, "repeats": 1},
+        {"repeats": 1},
+        {"tasks": ("high",)},
+        {"tasks": ("high",), "repeats": 1, "reference": False},
+    ],
+    ids=str,
+)
+def test_missing_data_still_give_a_valid_answer(how):
+    done = diagnosed(effect=RIGHT, **how)
+    if not how.get("emg", True):
+        assert done.untestable == EMG_FAMILIES
+        assert not done.gap.no_cost.tested
+    if how.get("repeats") == 1:
+        assert done.gap.floor_source == "bank"
+        assert any("no task was repeated" in warning for warning in done.warnings)
+    if not how.get("reference", True):
+        assert any("no reference trials" in warning for warning in done.warnings)
+    if how.get("tasks") and done.shrinkage:
+        assert done.shrinkage.new_task is None
+
+
+def test_names_and_order_do_not_matter():
+    given = case(effect=RIGHT)
+    renamed = [
+        [replace(t, name=f"{i}", task=t.task[::-1]) for i, t in enumerate(reversed(trials))]
+        for trials in (given.test, given.reference)
+    ]
+    other = make_case(replace(given.participant, id="y"), *renamed, threads=1)
+    one, two = (diagnose(c, None, SETTINGS) for c in (given, other))
+    assert [c.label for c in one.candidates] == [c.label for c in two.candidates]
+    np.testing.assert_allclose([c.p for c in one.candidates], [c.p for c in two.candidates])
+    assert one.gap == two.gap
+
+
+def test_probabilities_are_capped_by_the_test_for_a_gap():
+    class Made:
+        def __init__(self, label, log_evidence):
+            self.label, self.log_evidence = label, log_evidence
+
+    fits = [Made("a", 50.0), Made("b", 40.0)]
+    prior = {"a": 0.35, "b": 0.35}
+    absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False)
+    assert absent.no_gap == 0.5
+    present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True)
+    assert present.no_gap == 0.5
+    for found in (absent, present):
+        assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
+        assert decide.conformal_set(found) == ("no_gap", "a")
+    warm = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 100.0, present=True)
+    assert warm.labels["a"] < present.labels["a"] / 0.5

@@ -1,0 +1,109 @@
+"""Derivatives of what is recorded: of intended posture, slack forces, and sessions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_movement import CHANNELS, NODES, SETTINGS, small_movement, small_record
+
+from scapulohumeral.gap.case import EmgSeries, GapTrial
+from scapulohumeral.gap.observe import (
+    channel_names,
+    difference,
+    electrode_matrix,
+    mean,
+    phase_functions,
+    predicted,
+    recorded,
+)
+from scapulohumeral.gap.signatures import SMOOTH, Linearised, Recorder, session_changes
+from scapulohumeral.model.rotations import pose_to_trial
+
+pytestmark = pytest.mark.unit
+
+RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
+ELBOW = 9
+
+
+@pytest.fixture(scope="module")
+def local(quaternion_equations):
+    move = small_movement(quaternion_equations)
+    point = move.solved(move.body, move.cold_start(), 500)
+    return Linearised(move, move.body, point, 0.44, RECORDER)
+
+
+def test_slack_force_acts_like_a_spring_that_moved(local):
+    """A constant torque at the elbow is its spring with another angle of rest."""
+    stiffness = local.body.parameters["joint_stiffness"][3]
+
+    class Rest:
+        def physical(self, x):
+            return x
+
+        def apply(self, body, values):
+            rest = body.parameters["rest_EL"] + values[0] / stiffness
+            return replace(body, parameters={**body.parameters, "rest_EL": rest})
+
+    np.testing.assert_allclose(
+        local.slack()[ELBOW, 0], local.by_effect(Rest(), np.zeros(1))[0], rtol=1e-5, atol=1e-7
+    )
+
+
+def test_posture_derivative_agrees_with_tracking_another_motion(local):
+    move, shape = local.move, np.ones(NODES)
+    records = []
+    for sign in (1.0, -1.0):
+        angles = move.angles_rad.copy()
+        angles[:, 9] += np.deg2rad(0.2 * sign) * shape
+        other = replace(move, objective=move.with_reference(angles), angles_rad=angles)
+        x = other.trajectory(other.solved(other.body, local.point, 200))
+        records.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
+    expected = difference(*records) / 0.4
+    found = local.posture()[ELBOW * SMOOTH]
+    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
+
+
+def test_sessions_change_frames_and_electrodes():
+    record = small_record()
+    changes = session_changes(record, SETTINGS)
+    assert changes.shape == (9 + SMOOTH + 2 * len(CHANNELS) + 1, NODES, 12)
+    s = SETTINGS.session
+    np.testing.assert_allclose(np.linalg.norm(changes[0, :, :3], axis=1), s.frame_deg, rtol=1e-6)
+    gain_a = changes[9 + SMOOTH]
+    np.testing.assert_allclose(gain_a[:, 10], s.emg_gain * record.emg[:, 0])
+    assert not gain_a[:, :10].any()
+    without = session_changes(replace(record, channels=(), emg=None), SETTINGS)
+    assert without.shape == (9 + SMOOTH, NODES, 10)
+
+
+def test_phase_functions_are_orthonormal():
+    functions = phase_functions(26, 6)
+    np.testing.assert_allclose(functions.T @ functions, np.eye(6), atol=1e-12)
+
+
+@pytest.mark.parametrize("rate_hz", [30.0, 1000.0])
+def test_record_does_not_depend_on_the_sampling_rate(rate_hz, tmp_path):
+    time = np.arange(0.0, 3.0, 1.0 / rate_hz)
+    angles = np.tile([-0.4, 0.1, 0.2, 0.8, 0.05, 0.0, 0.2, 0.4, 0.3, 0.3], (len(time), 1))
+    angles[:, 9] += 0.3 * time
+    emg = EmgSeries(time, ("EMG_a",), 0.1 * time[:, None])
+    trial = GapTrial("x", "t", 1, time, angles, emg, None, (0.5, 2.5), tmp_path)
+    record = recorded(trial, ("EMG_a",), False, 21)
+    expected = np.linspace(0.5, 2.5, 21)
+    assert record.duration_s == 2.0
+    np.testing.assert_allclose(record.emg[:, 0], 0.1 * expected, atol=1e-4)
+    np.testing.assert_allclose(pose_to_trial(record.pose)[:, 9], 0.3 + 0.3 * expected, atol=1e-3)
+
+
+def test_mean_of_two_records_lies_between_them():
+    low, high = small_record(1.3), small_record(1.5)
+    middle = mean([low, high])
+    np.testing.assert_allclose(difference(middle, low), -difference(middle, high), atol=1e-6)
+    assert np.abs(difference(middle, low)).max() > 1.0
+
+
+def test_electrodes_average_the_elements_of_their_groups():
+    matrix = electrode_matrix([["a"], ["a", "b"]], np.array(["a", "a", "b", "c"]))
+    np.testing.assert_allclose(matrix, [[0.5, 0.5, 0, 0], [1 / 3, 1 / 3, 1 / 3, 0]])
+    assert electrode_matrix([], np.array(["a"])).shape == (0, 1)
+    assert channel_names(("EMG_a",), True)[9:] == ("EL_rx", "EMG_a", "GHF_x", "GHF_y", "GHF_z")

@@ -19,7 +19,7 @@ environment := .venv/complete
 study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
 
-.PHONY: help environment reproduce quick report bench test lint unit format lock dag clean
+.PHONY: help environment reproduce quick report gap blind bench test lint unit format lock dag clean
 
 help: ## List the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -38,6 +38,12 @@ quick: $(environment) ## Run one participant and one plane, up to the report
 
 report: $(environment) ## Bring the report of the full study and the pictures of the README up to date
 	$(study) reports/report.html reports/motion.svg reports/gimbal_lock.svg
+
+gap: $(environment) ## Diagnose the gap between recorded and simulated elevations
+	$(study) gap
+
+blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (hours)
+	$(study) results/gap/blind/scores.json
 
 bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
 	pytest -m slow --numprocesses $(CORES)

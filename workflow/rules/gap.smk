@@ -1,0 +1,40 @@
+# The gap between recorded and simulated motion: where it lies, which effect explains it.
+#
+# Recordings have no reference trials of the same person here, so the answers are given with lower
+# confidence. Not part of the study: `make gap`.
+
+
+rule diagnose_gap:
+    input:
+        participant="config/participants/{participant}/participant.yaml",
+        recordings=elevations,
+        tables=MODEL_TABLES,
+        channels="config/emg/channels.csv",
+        code=code_of("scapulohumeral.gap.cli", "scapulohumeral.gap.diagnosis"),
+    output:
+        result="results/gap/{participant}/result.json",
+        page="results/gap/{participant}/report.html",
+    log:
+        python="results/logs/diagnose_gap/{participant}.python.log",
+    benchmark:
+        "results/benchmarks/diagnose_gap/{participant}.jsonl"
+    params:
+        settings=lookup(within=config, dpath="gap"),
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    message:
+        "Gap of the recorded elevations of participant {wildcards.participant}"
+    shell:
+        "python -m scapulohumeral.gap.cli gap diagnose {input.recordings}"
+        " --participant {input.participant} --threads {threads}"
+        " --out $(dirname {output.result}) > {log.python} 2>&1"
+
+
+rule gap:
+    input:
+        results=expand("results/gap/{participant}/result.json", participant=config["participants"]),
+    localrule: True
+    message:
+        "Diagnoses: {input.results}"

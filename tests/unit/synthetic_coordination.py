@@ -109,6 +109,8 @@ def calibration(participant: str) -> dict:
         "participant": participant,
         "emg_simulated": True,
         "status": "converged",
+        "activation_time": 1.1,
+        "deactivation_time": 0.9,
         "groups": groups,
         "scores": {
             "force": {**score, "median_error": 0.01, "median_error_paper_problem": 0.13},

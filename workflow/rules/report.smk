@@ -30,7 +30,15 @@ rule render_report:
         equations=expand("results/equations/{formulation}", formulation=config["formulations"]),
         benchmarks=tracking_results(
             "results/benchmarks/solve_tracking/{participant}_{trial}_{formulation}.jsonl"
-        ),
+        )
+        + expand(
+            "results/benchmarks/calibrate/{participant}.jsonl",
+            participant=calibrated_participants(),
+        )
+        + validation_results(
+            "results/benchmarks/solve_validation/{participant}_{trial}_{muscles}.jsonl"
+        )
+        + prediction_results("results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"),
         participants=expand(
             "config/participants/{participant}/participant.yaml",
             participant=config["participants"],

@@ -101,13 +101,15 @@ def score_table(coordination: Coordination) -> Table:
                     _percent(entry["median_error_all"]),
                     _percent(entry["median_error_paper_problem"]),
                     _percent(scores["coverage90"]),
+                    f"{document['activation_time']:.2f}, {document['deactivation_time']:.2f}",
                     document["status"],
                 )
             )
     columns = (
         "participant", "scaler of", "identifiable groups", "median error over them [%]",
         "over all groups [%]", "paper's problem, identifiable groups [%]",
-        "90 % intervals that cover the plant [%]", "refinement",
+        "90 % intervals that cover the plant [%]",
+        "factors on activation and deactivation time", "refinement",
     )  # fmt: skip
     return Table(columns, rows)
 

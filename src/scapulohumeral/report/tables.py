@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.report.figures import GROUP_NAMES
 from scapulohumeral.report.paper import (
     BODY_MASS_MEAN_KG,
@@ -323,15 +324,25 @@ def versions(study: Study) -> Table:
 
 def hashes(study: Study) -> Table:
     """Fingerprints of what each solve was made from."""
-    rows = [
-        (run.name, *(run.solution.header["hashes"][key][:16] for key in ("inputs", "code")))
-        for run in study.runs
+    rows = [(f"tracking {run.name}", *_fingerprints(run.solution)) for run in study.runs]
+    rows += [
+        (f"{p.participant} prediction {p.condition.name}", *_fingerprints(p.solution))
+        for p in study.coordination.predictions
+    ]
+    rows += [
+        (" ".join(("validation", *names)), *_fingerprints(solution))
+        for names, solution in study.coordination.tasks.items()
     ]
     rows += [
         (f"equations of motion, {name}", header["expression_hash"][:16], "")
         for name, header in study.equations.items()
     ]
     return Table(("result", "inputs (SHA-256, first 16)", "code (SHA-256, first 16)"), rows)
+
+
+def _fingerprints(solution: Solution) -> tuple[str, str]:
+    hashes = solution.header["hashes"]
+    return hashes["inputs"][:16], hashes["code"][:16]
 
 
 def settings(study: Study) -> Table:

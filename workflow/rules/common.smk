@@ -221,6 +221,16 @@ def calibrated_participants():
     return []
 
 
+def emg_results(pattern):
+    """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
+    return [
+        path
+        for participant in calibrated_participants()
+        for trial in [*config["planes"], *tasks_of(participant)]
+        for path in expand(pattern, participant=participant, trial=trial)
+    ]
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

@@ -1,16 +1,6 @@
 # The report, the pictures of the README, and rules to look at the study or to remove its results.
 
 
-def emg_results(pattern):
-    """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
-    return [
-        path
-        for participant in calibrated_participants()
-        for trial in [*config["planes"], *tasks_of(participant)]
-        for path in expand(pattern, participant=participant, trial=trial)
-    ]
-
-
 rule render_report:
     input:
         summary="results/tracking/summary.csv",

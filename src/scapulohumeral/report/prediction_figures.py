@@ -244,13 +244,7 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
     about = cases.healthy
     if about is None:
         return None
-    lines = [tracked(about), predicted(about, "predicted, healthy", HEALTHY)]
-    chosen = (
-        (cases.generic, "predicted, generic", GENERIC),
-        (cases.cuff, "predicted, cuff-limited", CUFF),
-    )
-    lines += [predicted(p, label, line) for p, label, line in chosen if p is not None]
-    lines += published(cases)
+    lines = _headline_curves(cases, about)
     drawing = Drawing(1, len(about.planes), (12.5, 3.6), sharey="all")
     for axes, (plane, nodes) in zip(drawing.axes[0], about.planes.items(), strict=True):
         axes.set_title(f"{plane} plane", loc="left")
@@ -280,6 +274,17 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
         "the arm, rise only. The rhythm is the slope: on a line of rhythm r, upward rotation grows "
         f"by 1 deg per r + 1 deg of elevation. Green band: {CITATION}.",
     )
+
+
+def _headline_curves(cases: Cases, about: Prediction) -> list[Curves]:
+    """Tracked motion, healthy, generic and cuff-limited prediction, and the published ones."""
+    chosen = (
+        (about, "predicted, healthy", HEALTHY),
+        (cases.generic, "predicted, generic", GENERIC),
+        (cases.cuff, "predicted, cuff-limited", CUFF),
+    )
+    lines = [predicted(p, label, line) for p, label, line in chosen if p is not None]
+    return [tracked(about), *lines, *published(cases)]
 
 
 def _at_whole_degrees(elevation: Array, upward: Array) -> tuple[Array, Array]:

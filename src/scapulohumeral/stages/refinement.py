@@ -188,9 +188,13 @@ def refine(
     state = _State.at_start(scalers, len(evidence.channels))
     history: list[dict] = []
     converged = False
+    longest = settings.largest_step
     for _ in range(settings.iterations):
         start, at = _linearise(posed, scalers, evidence, start, settings, state)
-        step = _bounded_step(at, scalers, settings, state)
+        if history and at.cost > history[-1]["cost"]:
+            # The last step went too far: shorter ones end a swing about the optimum.
+            longest *= 0.5
+        step = _bounded_step(at, scalers, longest, state)
         largest = float(np.abs(step[: state.values.size]).max())
         history.append({"cost": at.cost, "step": largest, "values": state.values.tolist()})
         print(f"refinement {len(history)}: cost {at.cost:.4g}, step {largest:.3f}", flush=True)
@@ -288,12 +292,9 @@ def _weighted(
     )
 
 
-def _bounded_step(
-    at: _Linearised, scalers: Scalers, settings: RefinementSettings, state: _State
-) -> np.ndarray:
+def _bounded_step(at: _Linearised, scalers: Scalers, largest: float, state: _State) -> np.ndarray:
     """Gauss-Newton step of all unknowns, inside the bounds of the scalers."""
     bounds = np.array([scalers.force_bounds, scalers.fibre_bounds])
-    largest = settings.largest_step
     low = np.maximum(bounds[:, :1] - state.values, -largest).ravel()
     high = np.minimum(bounds[:, 1:] - state.values, largest).ravel()
     free = at.jacobian.shape[1] - low.size

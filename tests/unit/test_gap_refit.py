@@ -1,0 +1,60 @@
+"""Large amplitudes are found by solving again, where derivatives at the nominal solution miss."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
+
+from scapulohumeral.gap import refit as refit_module
+from scapulohumeral.gap.attribute import Hypothesis, fit
+from scapulohumeral.gap.effects.base import Observed
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.library import library
+from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, difference, phase_functions, predicted
+from scapulohumeral.gap.refit import refit
+from scapulohumeral.gap.signatures import Linearised, Recorder, Response
+
+pytestmark = pytest.mark.unit
+
+CHANNELS = ("EMG_a", "EMG_b")
+RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
+WEAK = next(e for e in library(SETUP) if e.label == "body/strength_loss/biceps")
+LEFT = 0.35
+
+
+@pytest.fixture(scope="module")
+def weakened(quaternion_equations):
+    """Nominal response, and the change (N, K) by a biceps of a third of its strength."""
+    move = small_movement(quaternion_equations)
+    point = move.solved(move.body, move.cold_start(), 500)
+    anchor: Observed = small_record()
+    local = Linearised(move, move.body, point, anchor.duration_s, RECORDER)
+    slope = local.by_effect(WEAK, np.zeros(1))
+    nothing = np.zeros(0)
+    response = Response(
+        "t", anchor, local.observed, point, (slope,), nothing, nothing, nothing, nothing, nothing
+    )
+    x = move.trajectory(move.solved(WEAK.apply(move.body, np.array([LEFT])), point, 300))
+    record = predicted(x, anchor.duration_s, CHANNELS, RECORDER.electrodes, False)
+    return move, response, difference(record, local.observed)
+
+
+def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
+    move, response, change = weakened
+    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
+    functions = phase_functions(NODES, 6)
+    scale = np.array([0.2] * 10 + [0.002] * 2)
+    covariance = np.diag(np.repeat(scale**2, 6))
+    comparison = Comparison(
+        (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
+        (*KINEMATIC_CHANNELS, *CHANNELS), 8,
+    )  # fmt: skip
+    slope = comparison.compress([response.effects[0]])
+    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros(72), slope), comparison, 0.0)
+    settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
+    found = refit(first, comparison, [response], np.ones(12), None, RECORDER, settings)
+    linear, solved = (WEAK.physical(f.x)[0] for f in (first, found))
+    assert solved == pytest.approx(LEFT, rel=0.05)
+    assert abs(linear - LEFT) > abs(solved - LEFT)
+    assert found.left < first.left

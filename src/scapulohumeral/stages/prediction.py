@@ -1,8 +1,8 @@
 """Predict scapula and clavicle: only the humerus is tracked (paper, section on SHR prediction).
 
-Every prediction is reached from a solved neighbour by small changes: the healthy ones from the
-tracked composite motion by lowering the weight on scapula and clavicle, all others from the healthy
-prediction by lowering muscle capacity or raising the stability weight in steps.
+Every prediction is reached from a solved neighbour: the healthy ones from the tracked composite
+motion, at once or by lowering the weight on scapula and clavicle, all others from the healthy
+prediction by lowering muscle capacity in steps.
 
 Letters: N nodes, M muscles.
 """

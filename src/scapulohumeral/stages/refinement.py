@@ -188,13 +188,14 @@ def refine(
     state = _State.at_start(scalers, len(evidence.channels))
     history: list[dict] = []
     converged = False
-    longest = settings.largest_step
+    previous: np.ndarray | None = None
     for _ in range(settings.iterations):
         start, at = _linearise(posed, scalers, evidence, start, settings, state)
-        if history and at.cost > history[-1]["cost"]:
-            # The last step went too far: shorter ones end a swing about the optimum.
-            longest *= 0.5
-        step = _bounded_step(at, scalers, longest, state)
+        step = _bounded_step(at, scalers, settings.largest_step, state)
+        if previous is not None and step @ previous < 0.0:
+            # The last step went too far: half the way back ends a swing about the optimum.
+            step = 0.5 * step
+        previous = step
         largest = float(np.abs(step[: state.values.size]).max())
         history.append({"cost": at.cost, "step": largest, "values": state.values.tolist()})
         print(f"refinement {len(history)}: cost {at.cost:.4g}, step {largest:.3f}", flush=True)

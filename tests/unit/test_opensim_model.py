@@ -140,13 +140,25 @@ def test_written_model_has_the_same_lengths(model, participant, tmp_path):
 
 def test_recorded_motions_do_not_overstretch_adjusted_fibres(model, participant):
     rule = TABLES.constants["fibre_adjustment"]
-    names = [m.name for m in TABLES.muscles.values() if m.group in rule["groups"]]
-    assert len(names) == 9
+    names = list(TABLES.muscles)
     angles = participant.trial("sagittal").motion.angles_rad
     for name, lengths in zip(names, sampling.muscle_lengths(model, angles, names).T, strict=True):
         muscle = model.getMuscles().get(name)
         stretch = (lengths - muscle.getTendonSlackLength()) / muscle.getOptimalFiberLength()
         assert stretch.max() <= rule["max_normalised_length"] + 1e-9, name
+
+
+def test_conoid_ligament_is_as_long_as_recorded(record, participant):
+    distances = om.conoid_distances(record, recorded_poses(participant))
+    assert record["conoid"]["length_m"] == pytest.approx(np.median(distances))
+    assert 0.01 < distances.min() < distances.max() < 0.05
+
+
+def test_flattened_thorax_keeps_its_sides(record):
+    surface = next(w for w in record["wrap_objects"] if w["name"] == "serr_ant")
+    flat, scaled = surface["dimensions_m"], surface["scaled_dimensions_m"]
+    np.testing.assert_allclose(flat[:2], scaled[:2], rtol=1e-12)
+    assert flat[2] < scaled[2]
 
 
 def test_recorded_attachments_are_outside_the_thorax(record, participant):

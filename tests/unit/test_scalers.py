@@ -15,10 +15,11 @@ from small_arm import (
 )
 
 from scapulohumeral.dynamics.hill import fibre_length_derivatives, force_derivatives
+from scapulohumeral.emg.channels import channel_means
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp import initial_guess
-from scapulohumeral.ocp.emg_term import EmgTerm, channel_means
+from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.scalers import Scalers

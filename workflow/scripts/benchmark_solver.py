@@ -6,22 +6,14 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.stages.benchmark import benchmark_solver
-from scapulohumeral.stages.model_files import ModelFiles
-from scapulohumeral.stages.posed_problem import SolveSettings
+from _files import model_files, solve_settings
 
-settings = dict(snakemake.params.items())
-opty_muscles = settings.pop("opty_muscles")
+from scapulohumeral.stages.benchmark import benchmark_solver
+
 benchmark_solver(
     trial="frontal",
-    files=ModelFiles(
-        participant=Path(snakemake.input.participant),
-        model=Path(snakemake.input.model),
-        thorax=Path(snakemake.input.thorax),
-        geometry=Path(snakemake.input.geometry),
-        equations=Path(snakemake.input.equations),
-    ),
-    settings=SolveSettings(**settings),
-    opty_muscles=opty_muscles,
+    files=model_files(snakemake),
+    settings=solve_settings(snakemake),
+    opty_muscles=snakemake.params.opty_muscles,
     output=Path(snakemake.output.record),
 )

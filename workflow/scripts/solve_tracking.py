@@ -6,20 +6,14 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.stages.model_files import ModelFiles
-from scapulohumeral.stages.posed_problem import SolveSettings
+from _files import model_files, solve_settings
+
 from scapulohumeral.stages.tracking import solve_tracking
 
 solve_tracking(
     trial=snakemake.wildcards.trial,
-    files=ModelFiles(
-        participant=Path(snakemake.input.participant),
-        model=Path(snakemake.input.model),
-        thorax=Path(snakemake.input.thorax),
-        geometry=Path(snakemake.input.geometry),
-        equations=Path(snakemake.input.equations),
-    ),
-    settings=SolveSettings(**dict(snakemake.params.items())),
+    files=model_files(snakemake),
+    settings=solve_settings(snakemake),
     solution=Path(snakemake.output.solution),
     summary=Path(snakemake.output.summary),
     solver_log=Path(snakemake.log.solver),

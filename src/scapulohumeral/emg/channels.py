@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError, ModelError
+from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.model.csv_table import Row, read_rows
 from scapulohumeral.model.rotations import Array
 
@@ -55,7 +55,7 @@ class Channels:
         ModelError                       if the model lacks an element
         """
         columns = {name: i for i, name in enumerate(muscle_names)}
-        matrix = np.zeros((len(self.names), len(muscle_names)))
+        seen = np.zeros((len(self.names), len(muscle_names)), dtype=bool)
         for row, (channel, elements) in enumerate(zip(self.names, self.elements, strict=True)):
             unknown = [name for name in elements if name not in columns]
             if unknown:
@@ -63,8 +63,8 @@ class Channels:
                     f"EMG channel {channel}: element {', '.join(unknown)} is not in the model; "
                     "expected names of its muscle elements. Correct the table of channels."
                 )
-            matrix[row, [columns[name] for name in elements]] = 1.0 / len(elements)
-        return matrix
+            seen[row, [columns[name] for name in elements]] = True
+        return channel_means(seen)
 
     def members(self, model_groups: Sequence[str]) -> np.ndarray:
         """Muscle elements that the scalers of each virtual group act on.
@@ -93,6 +93,20 @@ class Channels:
     def adjacency(self) -> np.ndarray:
         """Whether cross-talk can pass between two channels: (C, C) bool, symmetric."""
         return np.array([[name in others for name in self.names] for others in self.neighbours])
+
+
+def channel_means(members: np.ndarray) -> np.ndarray:
+    """Channels (C, M) that average the elements in ``members`` (C, M) bool, as the paper does.
+
+    Raises
+    ------
+    ConfigError
+        If a channel has no elements.
+    """
+    count = members.sum(axis=1)
+    if not count.all():
+        raise ConfigError(f"EMG channel {int(np.argmin(count))} has no muscle elements; name one")
+    return members / count[:, None]
 
 
 def read_channels(path: Path) -> Channels:

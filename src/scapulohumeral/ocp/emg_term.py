@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.errors import DataError
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +18,7 @@ class EmgTerm:
 
     Attributes
     ----------
-    channels : (C, M) share of each element's excitation in a channel, see :func:`channel_means`
+    channels : (C, M) share of each element's excitation in a channel
     envelopes : (N, C) EMG over maximum voluntary contraction [1]
     activity : (N,) factor on the term per node, 0 in pauses and where EMG is undefined
     """
@@ -51,17 +51,3 @@ class EmgTerm:
     def errors(self, excitation: np.ndarray) -> np.ndarray:
         """Excitation of each channel minus its envelope, (N, C), for excitations (N, M)."""
         return excitation @ self.channels.T - self.envelopes
-
-
-def channel_means(members: np.ndarray) -> np.ndarray:
-    """Channels (C, M) that average the elements in ``members`` (C, M) bool, as the paper does.
-
-    Raises
-    ------
-    ConfigError
-        If a channel has no elements.
-    """
-    count = members.sum(axis=1)
-    if not count.all():
-        raise ConfigError(f"EMG channel {int(np.argmin(count))} has no muscle elements; name one")
-    return members / count[:, None]

@@ -9,6 +9,7 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -108,9 +109,14 @@ class PosedProblem:
             scalers=self.scalers,
         )
 
+    @cached_property
+    def reader(self) -> Problem:
+        """A problem to read solutions with; posing one takes most of a second."""
+        return self.problem("gauss-newton")
+
     def layout(self) -> Layout:
         """Positions of the unknowns in the free vector."""
-        return self.problem("gauss-newton").layout
+        return self.reader.layout
 
     def cold_start(self) -> Trajectory:
         """Starting point from the motion that is followed."""
@@ -179,9 +185,8 @@ def solve_posed(
 
 def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> Solution:
     """Solution in physical terms from the last iterate."""
-    problem = posed.problem("gauss-newton")
-    x = problem.trajectory(result.point.free)
-    muscles = problem.collocation.scaled_muscles(x)
+    x = posed.reader.trajectory(result.point.free)
+    muscles = posed.reader.collocation.scaled_muscles(x)
     length, velocity = posed.model.forces.lengths(x.q, x.u)
     force = force_derivatives(length, velocity, muscles)
     fibre = (length - muscles.tendon_slack_length) / muscles.optimal_fibre_length
@@ -222,7 +227,7 @@ def header(
     posed: PosedProblem, result: Result, settings: SolveSettings, **about: Any
 ) -> dict[str, Any]:
     """What is stored with a solution: what it is about, status, statistics, settings, versions."""
-    x = posed.problem("gauss-newton").trajectory(result.point.free)
+    x = posed.reader.trajectory(result.point.free)
     return {
         **about,
         "formulation": posed.model.forces.dynamics.name,

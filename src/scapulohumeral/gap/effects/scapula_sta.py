@@ -5,35 +5,49 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Observed, Param, Setup
 from scapulohumeral.gap.effects.frames import elevation, turn_frame
 from scapulohumeral.model.rotations import Array
 
-# Skin-based sensors hold to the bone below 60 deg and part from it to 120 deg and beyond.
-ONSET_RAD, FULL_RAD = np.deg2rad([60.0, 120.0])
-# Scapula axes: x lateral along the spine, y up, z back.
-AXES = {"upward_deg": [0, 0, 1], "tilt_deg": [1, 0, 0], "internal_deg": [0, 1, 0]}
+# Skin-based sensors hold to the bone below 60 deg; from there the error sets in without a kink and
+# grows in proportion from 90 deg on, where it has been found to double (Warner et al. 2012, J
+# Biomech 45: 1-6). Amplitudes hold at 120 deg.
+ONSET_RAD, PROPORTIONAL_RAD, FULL_RAD = np.deg2rad([60.0, 90.0, 120.0])
+# Scapula axes: x lateral along the spine, y up, z back. Turns follow one another in the order of
+# the recommendation for the scapula (Wu et al. 2005, J Biomech 38: 981-992): internal rotation
+# about y, upward rotation about z, posterior tilt about x.
+SEQUENCE = "YZX"
+NAMES = ("upward_deg", "tilt_deg", "internal_deg")
+IN_SEQUENCE = [NAMES.index(name) for name in ("internal_deg", "upward_deg", "tilt_deg")]
 SOURCE = (
     "skin-based errors grow above 120 deg (Karduna et al. 2001, J Biomech Eng 123: 184-190); "
     "ASSUME: 45 deg at worst"
 )
-PARAMS = tuple(Param(name, "deg", 0.0, -45.0, 45.0, 10.0, 8.0, SOURCE) for name in AXES)
+PARAMS = tuple(Param(name, "deg", 0.0, -45.0, 45.0, 10.0, 8.0, SOURCE) for name in NAMES)
 
 
 @dataclass(frozen=True)
 class ScapulaSta(Effect):
-    """Rotation of the recorded scapula that grows with elevation; the values hold at 120 deg.
+    """Turns of the recorded scapula that grow with elevation; the values hold at 120 deg.
 
     `tilt_deg` is posterior tilt, `internal_deg` internal rotation.
     """
 
     def observe(self, observed: Observed, values: Array) -> Observed:
         """Turn the scapula by the share that the elevation of the arm asks for."""
-        share = (elevation(observed.pose) - ONSET_RAD) / (FULL_RAD - ONSET_RAD)
-        vector = np.deg2rad(values) @ np.array(list(AXES.values()), dtype=float)
-        turns = np.clip(share, 0.0, None)[:, None] * vector
-        return replace(observed, pose=turn_frame(observed.pose, "scapula", turns))
+        share = sliding(elevation(observed.pose)) / sliding(FULL_RAD)
+        turns = share[:, None] * np.asarray(values)[IN_SEQUENCE]
+        vectors = Rotation.from_euler(SEQUENCE, turns, degrees=True).as_rotvec()
+        return replace(observed, pose=turn_frame(observed.pose, "scapula", vectors))
+
+
+def sliding(elevation_rad: Array) -> Array:
+    """Growth of the error with elevation: none, a parabola, and its tangent from there [rad]."""
+    bend = PROPORTIONAL_RAD - ONSET_RAD
+    lifted = np.clip(elevation_rad - ONSET_RAD, 0.0, None)
+    return np.where(lifted < bend, lifted**2 / (2.0 * bend), lifted - 0.5 * bend)
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:

@@ -127,15 +127,20 @@ def solved(quaternion_equations):
     return move, point, Linearised(move, move.body, point, 0.44, RECORDER)
 
 
-@pytest.mark.xfail(
-    reason="on the small arm some derivatives differ from solving again by 6 % and more: open"
-)
+def test_solutions_do_not_depend_on_where_they_started(solved):
+    """A barrier that followed the start would make every difference of two solutions wrong."""
+    move, cold, _ = solved
+    warm = move.solved(move.body, cold, 200)
+    np.testing.assert_allclose(warm.free, cold.free, atol=1e-5)
+
+
 @pytest.mark.parametrize("label", SOLVED)
 def test_derivatives_agree_with_solving_again(solved, label):
     move, point, local = solved
     effect, column = BY_LABEL[label], SOLVED[label]
     param = effect.params[column]
-    size = 0.02 * param.internal(param.typical)
+    # Larger steps meet the curvature of the solution, above all where bounds move.
+    size = 0.002 * param.internal(param.typical)
     change = np.zeros(len(effect.params))
     records = []
     for sign in (1.0, -1.0):

@@ -132,10 +132,19 @@ class Movement:
     def solved(self, body: Body, start: Start, iterations: int) -> Start:
         """Solution for a body.
 
+        IPOPT scales the objective, and the barrier with it, by the gradient where it starts. A cold
+        start ends with another barrier than warm ones, so its solution is solved once more.
+
         Raises
         ------
         SolveError                   IPOPT did not reach its tolerance
         """
+        point = self._solved(body, start, iterations)
+        if start.multipliers is None:
+            point = self._solved(body, point, iterations)
+        return point
+
+    def _solved(self, body: Body, start: Start, iterations: int) -> Start:
         settings = SolverSettings(
             tolerance=TOLERANCE, barrier_target=BARRIER, max_iterations=iterations
         )

@@ -30,7 +30,7 @@ POWER = 0.8
 NEGLIGIBLE = 0.01
 COMPARED = 10
 AT_BOUND = 1e-6
-# Prior share of two effects at once.
+# Prior share of two effects at once, over all pairs.
 PAIRS = 0.1
 # Without a gap above the floor, or with one, "no gap" is at least, or at most, as probable.
 UNDECIDED = 0.5
@@ -53,6 +53,11 @@ def priors(effects: Sequence[Effect], reserved: float) -> dict[str, float]:
         families.setdefault((effect.side, effect.family), []).append(effect.label)
     each = (1.0 - reserved) / len(families)
     return {label: each / len(labels) for labels in families.values() for label in labels}
+
+
+def pair_prior(first: float, second: float, reserved: float) -> float:
+    """Prior of two labels at once: all possible pairs share theirs, not only those looked at."""
+    return PAIRS * 2.0 * first * second / (1.0 - reserved) ** 2
 
 
 def posterior(
@@ -181,8 +186,12 @@ def candidates(
 
 
 def _level(label: str, groups: Sequence[Sequence[str]]) -> str:
-    """How deep side/family/member is resolved: as far as the mates in the class agree."""
-    mates = next((group for group in groups if label in group), [label])
+    """How deep side/family/member is resolved: as far as the mates in the class agree.
+
+    A pair that holds the label too does not contradict it.
+    """
+    group = next((group for group in groups if label in group), [label])
+    mates = [mate for mate in group if mate == label or label not in mate.split(" + ")]
     for depth, name in ((3, "member"), (2, "family")):
         if len({"/".join(mate.split("/")[:depth]) for mate in mates}) == 1:
             return name

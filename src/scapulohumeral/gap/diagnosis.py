@@ -133,6 +133,10 @@ def _answer(
     shows_, enters, rows = _regions(case, records, evidence, found, settings, present)
     status, why = _status(robust, present)
     cost = shrinkage(best, c, evidence.trials, error, case.seed) if present else None
+    if present and not found.standing_out:
+        warnings.append(
+            "no channel stands out by itself: regions are those above 5 % point by point"
+        )
     if not records.reference:
         warnings.append("no reference trials: errors of the model itself lower all confidence")
     if cost and any(s and s.ci95 is None for s in vars(cost).values() if hasattr(s, "ci95")):

@@ -292,7 +292,10 @@ def fit_all(
         if one.hypothesis.effects[0].family != two.hypothesis.effects[0].family
     ]
     for f in pairs:
-        evidence.prior[f.label] = decide.PAIRS / max(len(pairs), 1)
+        one, two = (evidence.prior[effect.label] for effect in f.hypothesis.effects)
+        evidence.prior[f.label] = decide.pair_prior(
+            one, two, settings.prior_no_gap + settings.prior_none
+        )
     return [*fits.values(), *pairs]
 
 

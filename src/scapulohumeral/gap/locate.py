@@ -29,6 +29,8 @@ SIZES = (0.3, 1.0, 3.0, 10.0)
 DOF_NAMES = (*(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"), "EL_rx")
 # Agreement of a half of the trials with the whole: one-sided 5 %.
 REPEATED_SIGMA = 1.64
+# Two-sided 5 % of a single point.
+POINTWISE_SIGMA = 1.96
 # The no-cost test allows EMG this error, and this factor to either side for its gain.
 EMG_ERROR, EMG_GAIN = 0.05, 1.6
 # Generalised force below which a frame counts as balanced [N m].
@@ -45,6 +47,7 @@ class Shows:
     sigma : (N, K) mean over tasks of the difference over its standard error, as one z value
     effect : (N, K) mean difference over tasks, in units of the channels
     value : largest of all z values, of single tasks as well; threshold, p_value : of it
+    null : (draws,) largest z values without any effect, in order
     """
 
     sigma: np.ndarray
@@ -52,6 +55,16 @@ class Shows:
     value: float
     threshold: float
     p_value: float
+    null: np.ndarray
+
+    def family_wise_p(self, sigma: float) -> float:
+        """How often a map without any effect has a value as large anywhere."""
+        return float((1 + np.sum(self.null >= abs(sigma))) / (1 + len(self.null)))
+
+    @property
+    def standing_out(self) -> bool:
+        """Whether any point of the mean over tasks exceeds the threshold of the whole map."""
+        return bool(np.abs(self.sigma).max() > self.threshold)
 
 
 @dataclass(frozen=True)
@@ -107,6 +120,7 @@ def shows(comparison: Comparison, alpha: float, inflation: float, seed: int) -> 
         value=largest,
         threshold=float(np.quantile(null, 1.0 - alpha)),
         p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
+        null=np.sort(null),
     )
 
 
@@ -157,15 +171,19 @@ def shown_regions(
 ) -> tuple[Shown, ...]:
     """Phases in which channels exceed the threshold, the largest of each channel.
 
+    A gap that is spread thinly may exceed it nowhere; then regions are those that would count if
+    each point were the only one, and their p values say that they are less certain.
+
     Parameters
     ----------
     found, comparison : map and difference
     halves : (D,) differences of two halves of the test trials; empty with one trial
     """
     split = [_z(comparison, half)[0] / np.sqrt(2.0) for half in halves]
+    threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
     regions = []
     for k, channel in enumerate(comparison.channels):
-        span = _largest_span(found.sigma[:, k], found.threshold)
+        span = _largest_span(found.sigma[:, k], threshold)
         if span is None:
             continue
         low, high = span
@@ -180,7 +198,7 @@ def shown_regions(
                 effect_sigma=float(found.sigma[peak, k]),
                 effect=float(found.effect[peak, k]),
                 unit=channel_unit(channel),
-                p_value=found.p_value,
+                p_value=found.family_wise_p(found.sigma[peak, k]),
                 share=float(np.sum(found.sigma[low : high + 1, k] ** 2)),
                 repeated=len(split) == 2
                 and all(sign * half[low : high + 1, k].mean() > REPEATED_SIGMA for half in split),

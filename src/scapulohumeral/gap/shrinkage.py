@@ -97,8 +97,8 @@ def _held_out(
 
 
 def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
-    """Root mean square before and after, over the standard deviations of the noise."""
-    scale = np.sqrt(np.diag(part.covariance))
+    """Root mean square before and after, over what repeats of one person cannot agree on."""
+    scale = np.sqrt(np.diag(part.noise))
     before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
     return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
 
@@ -139,7 +139,7 @@ def _groups(split: str, parts: Sequence[tuple[Comparison, np.ndarray]]) -> list[
             for curves in (
                 [part.curves(part.delta) for part, _ in parts],
                 [part.curves(part.delta - predicted) for part, predicted in parts],
-                [part.spread for part, _ in parts],
+                [part.floor for part, _ in parts],
             )
         )
         unit = channel_unit(channels[int(chosen[0])])

@@ -37,6 +37,8 @@ from scapulohumeral.ocp.solver import Start
 
 # Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
 SMOOTH = 4
+# Standard deviations of smooth functions that together vary by one unit, slow ones the most.
+SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
 FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
 # Differences of smooth functions of order one.
 STEP = 1e-4
@@ -112,12 +114,17 @@ def respond(
         nominal=local.observed,
         point=point,
         effects=tuple(_signature(local, effect, effect.off, anchor) for effect in effects),
-        posture=settings.session.posture_deg * local.posture(),
+        posture=settings.session.posture_deg * _shared_out(local.posture()),
         session=session_changes(anchor, settings),
         slack=local.slack(),
         levers=levers,
         needed=needed,
     )
+
+
+def _shared_out(changes: Array) -> Array:
+    """Changes (10 SMOOTH, N, K) by smooth functions, which together vary as much as one unit."""
+    return np.tile(SMOOTH_SHARES, len(changes) // SMOOTH)[:, None, None] * changes
 
 
 def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
@@ -250,7 +257,7 @@ def session_changes(anchor: Observed, settings: GapSettings) -> Array:
         for vector in np.deg2rad(s.frame_deg) * np.eye(3):
             turned = replace(anchor, pose=turn_frame(anchor.pose, segment, vector))
             changes.append(difference(turned, anchor))
-    for shape in phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
+    for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
         vectors = np.deg2rad(s.clavicle_axial_deg) * shape[:, None] * np.eye(3)[0]
         turned = replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors))
         changes.append(difference(turned, anchor))

@@ -12,9 +12,8 @@ from scapulohumeral.gap.effects.frames import elevation, turn_frame
 from scapulohumeral.model.rotations import Array
 
 # Skin-based sensors hold to the bone below 60 deg; from there the error sets in without a kink and
-# grows in proportion from 90 deg on, where it has been found to double (Warner et al. 2012, J
-# Biomech 45: 1-6). Amplitudes hold at 120 deg.
-ONSET_RAD, PROPORTIONAL_RAD, FULL_RAD = np.deg2rad([60.0, 90.0, 120.0])
+# soon grows in proportion. Amplitudes hold at 120 deg.
+ONSET_RAD, PROPORTIONAL_RAD, FULL_RAD = np.deg2rad([60.0, 75.0, 120.0])
 # Scapula axes: x lateral along the spine, y up, z back. Turns follow one another in the order of
 # the recommendation for the scapula (Wu et al. 2005, J Biomech 38: 981-992): internal rotation
 # about y, upward rotation about z, posterior tilt about x.

@@ -1,18 +1,13 @@
 """Noise between repeats, and what it says without any."""
 
-import json
-
 import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS
 
-from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.floor import (
     Comparison,
-    bank_hash,
     compress,
     draws,
-    read_bank,
     trial_noise,
 )
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
@@ -68,21 +63,13 @@ def test_whitened_noise_has_size_one():
     np.testing.assert_allclose(np.cov(white), np.eye(56), atol=0.15)
 
 
-def test_bank_of_other_code_is_refused(tmp_path):
-    path = tmp_path / "null_bank.json"
-    assert read_bank(path, SETTINGS)[0] is None
-    content = {
-        "hash": bank_hash(SETTINGS),
-        "inflation": {"reference": 1.2},
-        "temperature": {"reference": 4.0},
-    }
-    path.write_text(json.dumps(content))
-    bank, reason = read_bank(path, SETTINGS)
-    assert (bank.inflation["reference"], reason) == (1.2, "")
-    path.write_text(json.dumps({**content, "hash": "other"}))
-    bank, reason = read_bank(path, SETTINGS)
-    assert bank is None
-    assert "other code" in reason
-    path.write_text("{}")
-    with pytest.raises(ConfigError, match="expected a null bank"):
-        read_bank(path, SETTINGS)
+def test_some_channels_keep_their_curves_and_their_covariance():
+    rng = np.random.default_rng(4)
+    curves = repeats(rng, 2, 1.0)
+    vector = compress(list(curves), FUNCTIONS)
+    root = rng.normal(size=(len(vector), len(vector)))
+    whole = Comparison(vector, root @ root.T, np.eye(len(vector)), FUNCTIONS, ("a", "b"), NAMES, 3)
+    part = whole.only(CHANNELS)
+    np.testing.assert_allclose(part.curves(part.delta), curves[..., 10:])
+    np.testing.assert_allclose(part.spread, whole.spread[..., 10:])
+    assert part.channels == CHANNELS

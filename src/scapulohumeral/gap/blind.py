@@ -173,8 +173,8 @@ def folder_hash(folder: Path) -> str:
 
 def _diagnose(case: Path, out: Path, command: Sequence[str]) -> dict[str, Any]:
     """Run the command on one case; its record."""
-    arguments = [*command, *map(str, _trials(case / "test"))]
-    references = _trials(case / "reference")
+    arguments = [*command, *map(str, trial_tables(case / "test"))]
+    references = trial_tables(case / "reference")
     if references:
         arguments += ["--reference", *map(str, references)]
     arguments += ["--participant", str(case / "participant.yaml"), "--out", str(out)]
@@ -191,7 +191,7 @@ def _diagnose(case: Path, out: Path, command: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _trials(folder: Path) -> list[Path]:
+def trial_tables(folder: Path) -> list[Path]:
     """Trial files of a folder; companions are found by the diagnosis itself."""
     return sorted(p for p in folder.glob("*.csv") if not p.stem.endswith(("_emg", "_force")))
 

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scapulohumeral.gap.bank_cli import add_bank_commands
 from scapulohumeral.gap.blind_cli import add_blind_commands
 from scapulohumeral.provenance import SOURCE_ROOT
 
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
     from scapulohumeral.gap.result import Diagnosis
     from scapulohumeral.gap.run import Config
 
-STUDY = SOURCE_ROOT.parent
+CONFIG = SOURCE_ROOT.parent / "config" / "config.yaml"
+CACHE = SOURCE_ROOT.parent / "results" / "gap" / "models"
 EXIT_CODES = (
     "Exit code 0: DIR/result.json holds an answer, which may be that there is no gap, or that none "
     "can be given; 2: the input is refused; 3: a solve failed, and result.json says so."
@@ -52,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     gap = areas.add_parser("gap", help="the gap between recorded trials and the model")
     commands = gap.add_subparsers(required=True, metavar="COMMAND")
     _add_diagnose(commands)
+    add_bank_commands(commands, CONFIG, CACHE)
     add_blind_commands(commands)
     return parser
 
@@ -69,8 +72,8 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     add("--participant", type=Path, metavar="FILE", help="default: beside the first TEST")
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
-    add("--config", type=Path, default=STUDY / "config" / "config.yaml", metavar="FILE")
-    add("--cache", type=Path, default=STUDY / "results" / "gap" / "models", metavar="DIR")
+    add("--config", type=Path, default=CONFIG, metavar="FILE")
+    add("--cache", type=Path, default=CACHE, metavar="DIR")
     diagnose.set_defaults(run=_diagnose)
 
 

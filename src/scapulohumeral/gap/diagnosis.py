@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scapulohumeral.gap import bank as null_bank
 from scapulohumeral.gap import decide
 from scapulohumeral.gap.attribute import (
     Fit,
@@ -27,7 +28,6 @@ from scapulohumeral.gap.attribute import (
 )
 from scapulohumeral.gap.case import Case
 from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records, screen
-from scapulohumeral.gap.floor import read_bank
 from scapulohumeral.gap.library import untestable
 from scapulohumeral.gap.locate import (
     Presence,
@@ -83,16 +83,10 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     """
     warnings: list[str] = []
     records = read_records(case, model, settings, warnings)
-    bank, reason = read_bank(_bank_path(settings), settings)
-    if bank is None:
-        warnings.append(
-            f"{reason}: thresholds are simulated from the repeats of this case alone and "
-            "probabilities are not calibrated"
-        )
     mode = "reference" if records.reference else "no_reference"
-    inflation = bank.inflation[mode] if bank else 1.0
-    temperature = bank.temperature[mode] if bank else settings.temperature
-    settings = replace(settings, temperature=temperature)
+    bank, reason = null_bank.read_bank(_bank_path(settings), settings)
+    inflation, remark = null_bank.inflation(bank, mode, bool(case.channels), settings.alpha)
+    warnings += [*filter(None, [reason]), remark]
     evidence = gather(case, records, model, settings, warnings)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
     slopes = [f.hypothesis.slope for f in screen(evidence, settings.signature_error)]
@@ -101,7 +95,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     fits = fit_all(
         evidence, case.threads, is_there.present, model, records.recorder, settings, warnings
     )
-    return _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
+    answer = _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
+    return replace(answer, hashes={"null_bank": None if bank is None else bank.hash})
 
 
 def _bank_path(settings: GapSettings) -> Path:

@@ -10,20 +10,15 @@ Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
-from pathlib import Path
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
-from scapulohumeral import provenance
-from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.observe import channel_kind
-from scapulohumeral.gap.settings import GapSettings, ModelSpread, NoisePrior
+from scapulohumeral.gap.settings import ModelSpread, NoisePrior
 from scapulohumeral.gap.signatures import Response
 
 # Phases of a movement between which errors of one trial are nearly independent.
@@ -122,6 +117,25 @@ class Comparison:
             self.channels,
             self.degrees,
         )
+
+    def only(self, channels: Sequence[str]) -> Comparison:
+        """The same for some of the channels."""
+        kept = [name for name in self.channels if name in channels]
+        rows = self.channel_rows(kept)
+        return Comparison(
+            self.delta[rows],
+            self.covariance[np.ix_(rows, rows)],
+            self.noise[np.ix_(rows, rows)],
+            self.functions,
+            self.tasks,
+            tuple(kept),
+            self.degrees,
+        )
+
+    def channel_rows(self, channels: Sequence[str]) -> np.ndarray:
+        """Positions in (D,) that belong to some of the channels."""
+        chosen = np.isin(self.channels, list(channels))
+        return np.flatnonzero(np.tile(np.repeat(chosen, self.functions.shape[1]), len(self.tasks)))
 
     def rows(self, tasks: Sequence[str]) -> np.ndarray:
         """Positions in (D,) that belong to some of the tasks."""
@@ -238,49 +252,3 @@ def total_covariance(
             np.tile(_variances(channels, vars(spread), functions).ravel(), len(responses))
         )
     return total
-
-
-@dataclass(frozen=True)
-class NullBank:
-    """Thresholds measured on effect-free cases.
-
-    Attributes
-    ----------
-    hash : of the code and settings that it was built with
-    inflation : by mode ("reference" or "no_reference"), factor on simulated thresholds
-    temperature : by mode, calibrated on open cases
-    """
-
-    hash: str
-    inflation: dict[str, float]
-    temperature: dict[str, float]
-
-
-def bank_hash(settings: GapSettings) -> str:
-    """Hash of what thresholds depend on: the code of the diagnosis and its settings."""
-    code = _code_hash()
-    return hashlib.sha256((code + repr(settings)).encode()).hexdigest()
-
-
-@cache
-def _code_hash() -> str:
-    return provenance.code_hash("scapulohumeral.gap.evidence")
-
-
-def read_bank(path: Path, settings: GapSettings) -> tuple[NullBank | None, str]:
-    """The null bank and, if there is none that fits, the reason.
-
-    Raises
-    ------
-    ConfigError                      the file is no bank
-    """
-    if not path.is_file():
-        return None, "no null bank of effect-free cases"
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        bank = NullBank(document["hash"], document["inflation"], document["temperature"])
-    except (ValueError, KeyError) as error:
-        raise ConfigError(f"{path}: {error}; expected a null bank. Build it again.") from error
-    if bank.hash != bank_hash(settings):
-        return None, "the null bank was built with other code or settings"
-    return bank, ""

@@ -142,6 +142,25 @@ def presence(
     slopes : (D, P) of each effect
     alpha, inflation, seed : as for :func:`shows`
     """
+    value, null = effect_shaped(comparison, slopes, seed)
+    rest = inflation * null
+    p_value = float((1 + np.sum(rest >= value)) / (1 + DRAWS))
+    threshold = float(np.quantile(rest, 1.0 - 0.5 * alpha))
+    if p_value < found.p_value:
+        return Presence(2.0 * p_value <= alpha, min(2.0 * p_value, 1.0), "glr", value, threshold)
+    p_value = min(2.0 * found.p_value, 1.0)
+    return Presence(p_value <= alpha, p_value, "max_t", found.value, found.threshold)
+
+
+def effect_shaped(
+    comparison: Comparison, slopes: Sequence[np.ndarray], seed: int
+) -> tuple[float, np.ndarray]:
+    """Largest part of the difference that has the shape of any effect, as a z value.
+
+    Returns
+    -------
+    value : of the difference; null : (draws,) without any effect
+    """
     bases = [np.linalg.qr(comparison.whiten(slope))[0] for slope in slopes if np.any(slope)]
     null = comparison.whiten(draws(comparison, DRAWS, seed))
     columns = np.column_stack([comparison.whiten(comparison.delta), null])
@@ -150,13 +169,7 @@ def presence(
         for b in bases
     ]
     largest = np.max(lengths, axis=0)
-    value, rest = float(largest[0]), inflation * largest[1:]
-    p_value = float((1 + np.sum(rest >= value)) / (1 + DRAWS))
-    threshold = float(np.quantile(rest, 1.0 - 0.5 * alpha))
-    if p_value < found.p_value:
-        return Presence(2.0 * p_value <= alpha, min(2.0 * p_value, 1.0), "glr", value, threshold)
-    p_value = min(2.0 * found.p_value, 1.0)
-    return Presence(p_value <= alpha, p_value, "max_t", found.value, found.threshold)
+    return float(largest[0]), largest[1:]
 
 
 def _z(comparison: Comparison, vector: np.ndarray) -> tuple[np.ndarray, float]:

@@ -73,7 +73,7 @@ def run(request: Request, diagnose: Diagnose) -> int:
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
-            config = _read_config(request.config)
+            config = read_config(request.config)
             case = read_case(request, config)
             return _answer(request, case, config, diagnose)
         except (ConfigError, DataError, ModelError) as error:
@@ -163,7 +163,8 @@ def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
         print(f"No {REPORT}: {error}. {RESULT} is complete; see {LOG}.", file=sys.stderr)
 
 
-def _read_config(path: Path) -> dict[str, Any]:
+def read_config(path: Path) -> dict[str, Any]:
+    """The configuration; raises ConfigError if it cannot be read."""
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, yaml.YAMLError) as error:

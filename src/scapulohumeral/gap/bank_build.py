@@ -1,0 +1,118 @@
+"""Building the null bank from effect-free cases, as folders like those of the blind benchmark.
+
+Cases of one person share a model, so that it is built once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.bank import NullCase, write_bank
+from scapulohumeral.gap.blind import trial_tables
+from scapulohumeral.gap.case import Case, make_case
+from scapulohumeral.gap.evidence import Evidence, gather, read_records, screen
+from scapulohumeral.gap.locate import effect_shaped, shows
+from scapulohumeral.gap.observe import KINEMATIC_CHANNELS
+from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
+from scapulohumeral.gap.run import Request, read_case
+from scapulohumeral.gap.settings import GapSettings, read_settings
+
+
+@dataclass(frozen=True)
+class BankRequest:
+    """Folder of effect-free cases, configuration, cache of models, and file to write."""
+
+    cases: Path
+    config: Path
+    cache: Path
+    out: Path
+
+
+def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
+    """Test all cases with and without their reference, and with and without their EMG.
+
+    Returns
+    -------
+    int                              number of rows of the bank
+
+    Raises
+    ------
+    DataError                        no cases
+    """
+    settings = read_settings(config)
+    cases = [
+        _read(request, folder, config) for folder in sorted(request.cases.iterdir())
+        if folder.is_dir()
+    ]  # fmt: skip
+    if not cases:
+        raise DataError(f"{request.cases}: no case folders; draw cases without effects first.")
+    groups: dict[str, list[Case]] = {}
+    for case in cases:
+        who = case.participant
+        groups.setdefault(repr((who.model, who.gravity_mps2)), []).append(case)
+    rows: list[NullCase] = []
+    for group in groups.values():
+        model = _shared_model(group, request, config)
+        for case in group:
+            variants = [case, replace(case, reference=())] if case.reference else [case]
+            rows += [row for variant in variants for row in null_cases(variant, model, settings)]
+            # After every case: building takes an hour, and what there is can be used.
+            write_bank(request.out, rows, settings)
+            print(f"{len(rows)} rows", flush=True)
+    return len(rows)
+
+
+def null_cases(case: Case, model: ParticipantModel, settings: GapSettings) -> list[NullCase]:
+    """Rows of one effect-free case: as it is, and without its EMG."""
+    records = read_records(case, model, settings, [])
+    evidence = gather(case, records, model, settings, [])
+    rows = [_row(evidence, evidence.comparison.channels, case, settings)]
+    if case.channels:
+        rows.append(_row(evidence, KINEMATIC_CHANNELS, case, settings))
+    return rows
+
+
+def _row(
+    evidence: Evidence, channels: Sequence[str], case: Case, settings: GapSettings
+) -> NullCase:
+    """Both test values over their thresholds, on some of the channels."""
+    whole = evidence.comparison
+    rows, part = whole.channel_rows(channels), whole.only(channels)
+    slopes = [f.hypothesis.slope[rows] for f in screen(evidence, settings.signature_error)]
+    found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
+    value, null = effect_shaped(part, slopes, case.seed)
+    ordered = sorted(null)
+    threshold = ordered[int((1.0 - settings.alpha / 2.0) * len(ordered))]
+    emg = len(part.channels) > len(KINEMATIC_CHANNELS)
+    return NullCase(
+        case.mode, emg, round(found.value / found.threshold, 4), round(value / threshold, 4)
+    )
+
+
+def _read(request: BankRequest, folder: Path, config: Mapping[str, Any]) -> Case:
+    asked = Request(
+        tests=tuple(trial_tables(folder / "test")),
+        references=tuple(trial_tables(folder / "reference")),
+        out=request.out.parent,
+        participant=folder / "participant.yaml",
+        config=request.config,
+        cache=request.cache,
+        seed=1,
+        threads=1,
+        command="",
+    )
+    return read_case(asked, config)
+
+
+def _shared_model(
+    cases: Sequence[Case], request: BankRequest, config: Mapping[str, Any]
+) -> ParticipantModel:
+    trials = [trial for case in cases for trial in (*case.test, *case.reference)]
+    union = make_case(cases[0].participant, trials, [])
+    return participant_model(
+        union, ModelSettings(request.config.parent / "model", config["geometry"]), request.cache
+    )

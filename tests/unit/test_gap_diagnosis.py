@@ -12,14 +12,14 @@ from scapulohumeral.gap import decide, evidence
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import diagnose
 from scapulohumeral.gap.library import EMG_FAMILIES
-from scapulohumeral.gap.observe import phase_functions
+from scapulohumeral.gap.observe import difference, phase_functions
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.gap.signatures import (
     DOF,
     SMOOTH,
     Response,
     record_derivative,
-    session_changes,
+    session_records,
 )
 from scapulohumeral.model.rotations import pose_to_trial
 
@@ -53,9 +53,12 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
     )
     none = np.zeros((1, NODES, channels))
     levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
+    session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
     return Response(
-        task, anchor, anchor, None, signatures, none, session_changes(anchor, settings), slack,
-        levers, np.zeros((NODES - 1, 10)),
+        task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures, posture=none,
+        session=session, followed=tuple(0.0 * s for s in signatures),
+        followed_session=0.0 * session, slack=slack, levers=levers,
+        needed=np.zeros((NODES - 1, 10)),
     )  # fmt: skip
 
 

@@ -33,8 +33,10 @@ def weakened(quaternion_equations):
     slope = local.by_effect(WEAK, np.zeros(1))
     nothing = np.zeros(0)
     response = Response(
-        "t", anchor, local.observed, point, (slope,), nothing, nothing, nothing, nothing, nothing
-    )
+        task="t", anchor=anchor, nominal=local.observed, point=point, effects=(slope,),
+        posture=nothing, session=nothing, followed=(), followed_session=nothing, slack=nothing,
+        levers=nothing, needed=nothing,
+    )  # fmt: skip
     x = move.trajectory(move.solved(WEAK.apply(move.body, np.array([LEFT])), point, 300))
     record = predicted(x, anchor.duration_s, CHANNELS, RECORDER.electrodes, False)
     return move, response, difference(record, local.observed)

@@ -7,6 +7,8 @@ import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS, small_movement, small_record
 
 from scapulohumeral.gap.case import EmgSeries, GapTrial
+from scapulohumeral.gap.effects.base import Observed
+from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.observe import (
     channel_names,
     difference,
@@ -16,8 +18,14 @@ from scapulohumeral.gap.observe import (
     predicted,
     recorded,
 )
-from scapulohumeral.gap.signatures import SMOOTH, Linearised, Recorder, session_changes
-from scapulohumeral.model.rotations import pose_to_trial
+from scapulohumeral.gap.signatures import (
+    SMOOTH,
+    Linearised,
+    Recorder,
+    Response,
+    session_records,
+)
+from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 
 pytestmark = pytest.mark.unit
 
@@ -63,17 +71,45 @@ def test_posture_derivative_agrees_with_tracking_another_motion(local):
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
 
 
+def test_prediction_follows_a_record_that_is_wrong(local):
+    move = local.move
+    records, solved = [], []
+    for sign in (1.0, -1.0):
+        pose = trial_to_pose(move.angles_rad)
+        pose = turn_frame(pose, "scapula", np.deg2rad(sign * np.array([0.1, 0.0, 0.05])))
+        records.append(Observed(0.44, pose, CHANNELS, None, None))
+        other = replace(move, objective=move.with_reference(pose_to_trial(pose)))
+        x = other.trajectory(other.solved(other.body, local.point, 200))
+        solved.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
+    [found] = local.following([(records[0], records[1])], 1.0)
+    expected = difference(*solved)
+    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
+
+
+def test_residual_keeps_what_the_prediction_has_not_followed(local):
+    wrong, followed = np.full((1, 2, 3), 5.0), np.full((1, 2, 3), 4.0)
+    none = np.zeros(0)
+    response = Response(
+        task="t", anchor=small_record(), nominal=small_record(), point=local.point,
+        effects=(wrong,), posture=none, session=wrong, followed=(followed,),
+        followed_session=0.5 * followed, slack=none, levers=none, needed=none,
+    )  # fmt: skip
+    residual = response.of_residual()
+    np.testing.assert_allclose(residual.effects[0], 1.0)
+    np.testing.assert_allclose(residual.session, 3.0)
+
+
 def test_sessions_change_frames_and_electrodes():
     record = small_record()
-    changes = session_changes(record, SETTINGS)
+    changes = np.stack([difference(one, record) for one in session_records(record, SETTINGS)])
     assert changes.shape == (9 + SMOOTH + 2 * len(CHANNELS) + 1, NODES, 12)
     s = SETTINGS.session
     np.testing.assert_allclose(np.linalg.norm(changes[0, :, :3], axis=1), s.frame_deg, rtol=1e-6)
     gain_a = changes[9 + SMOOTH]
     np.testing.assert_allclose(gain_a[:, 10], s.emg_gain * record.emg[:, 0])
     assert not gain_a[:, :10].any()
-    without = session_changes(replace(record, channels=(), emg=None), SETTINGS)
-    assert without.shape == (9 + SMOOTH, NODES, 10)
+    without = session_records(replace(record, channels=(), emg=None), SETTINGS)
+    assert len(without) == 9 + SMOOTH
 
 
 def test_phase_functions_are_orthonormal():

@@ -75,6 +75,7 @@ class Evidence:
     effects, prior : the library and the prior of its labels
     responses, gains : nominal solutions and (K,) factors on their changes
     boxes : smooth disturbances
+    referenced : whether the difference is that to reference trials, else to the prediction
     """
 
     comparison: Comparison
@@ -85,6 +86,7 @@ class Evidence:
     responses: tuple[Response, ...]
     gains: np.ndarray
     boxes: Disturbances
+    referenced: bool
 
 
 def read_records(
@@ -159,6 +161,8 @@ def gather(
         for task, anchor in records.anchors.items()
     ]
     responses = tuple(side_by_side(respond, jobs, case.threads))
+    if not records.reference:
+        responses = tuple(response.of_residual() for response in responses)
     gains = _gains(responses, records) if records.reference else np.ones(len(records.channels))
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = _noise(records, functions, settings)
@@ -175,6 +179,7 @@ def gather(
         responses=responses,
         gains=gains,
         boxes=disturbances(responses, comparison, settings.noise.emg),
+        referenced=bool(records.reference),
     )
 
 
@@ -278,8 +283,10 @@ def fit_all(
         return list(fits.values())
     short = strongest(list(fits.values()), evidence.prior, settings.short_list)
     log.info("short list: %s", ", ".join(f.label for f in short))
-    jobs = [(f, c, evidence.responses, evidence.gains, model, recorder, settings) for f in short]
-    for before, after in zip(short, side_by_side(_refit_or_keep, jobs, threads), strict=True):
+    # Without reference trials the prediction follows errors of the record: small, so linear.
+    again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
+    jobs = [(f, c, evidence.responses, evidence.gains, model, recorder, settings) for f in again]
+    for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
         if after is None:
             warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
         else:

@@ -72,6 +72,8 @@ class Response:
     effects : (P, N, K) change per unit of each effect's internal parameters
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
+    followed, followed_session : change of the prediction by effects on the record, (P, N, K) each,
+        and by the session's nuisances, (R, N, K), once the changed record is the one to track
     slack : (10, F, N, K) change per N m of each smooth generalised force
     levers : (N - 1, 10, M) generalised forces of full activations at mesh midpoints [N m]
     needed : (N - 1, 10) generalised forces that the muscles have to produce there [N m]
@@ -84,9 +86,20 @@ class Response:
     effects: tuple[Array, ...]
     posture: Array
     session: Array
+    followed: tuple[Array, ...]
+    followed_session: Array
     slack: Array
     levers: Array
     needed: Array
+
+    def of_residual(self) -> Response:
+        """Changes of record minus prediction, instead of the record: what is left of an error of
+        measurement after the prediction has followed it."""
+        return replace(
+            self,
+            effects=tuple(e - f for e, f in zip(self.effects, self.followed, strict=True)),
+            session=self.session - self.followed_session,
+        )
 
 
 def respond(
@@ -108,6 +121,7 @@ def respond(
     move = with_tendon_load(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)
     levers, needed = _balance(move, point)
+    sessions = session_records(anchor, settings)
     return Response(
         task=task,
         anchor=anchor,
@@ -115,7 +129,9 @@ def respond(
         point=point,
         effects=tuple(_signature(local, effect, effect.off, anchor) for effect in effects),
         posture=settings.session.posture_deg * _shared_out(local.posture()),
-        session=session_changes(anchor, settings),
+        session=np.stack([difference(one, anchor) for one in sessions]),
+        followed=tuple(_followed(local, effect, anchor) for effect in effects),
+        followed_session=local.following([(one, anchor) for one in sessions], 1.0),
         slack=local.slack(),
         levers=levers,
         needed=needed,
@@ -169,9 +185,7 @@ class Linearised:
         """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
         nodes = len(self.move.angles_rad)
         shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
-        columns = [
-            self._reference_derivative(dof, shape) for dof in range(DOF) for shape in shapes.T
-        ]
+        columns = [self._by_posture(dof, shape) for dof in range(DOF) for shape in shapes.T]
         return self._through(np.stack(columns, axis=1))
 
     def slack(self) -> Array:
@@ -186,16 +200,31 @@ class Linearised:
         changes = self._through(right.reshape(len(right), -1))
         return changes.reshape(DOF, SMOOTH, *changes.shape[1:])
 
-    def _reference_derivative(self, dof: int, shape: Array) -> Array:
+    def following(self, records: Sequence[tuple[Observed, Observed]], span: float) -> Array:
+        """Change (R, N, K) of the prediction between pairs of tracked records, over `span`."""
+        columns = [
+            self._by_reference(pose_to_trial(ahead.pose), pose_to_trial(behind.pose), span)
+            for ahead, behind in records
+        ]
+        return self._through(np.stack(columns, axis=1))
+
+    def _by_posture(self, dof: int, shape: Array) -> Array:
         """Derivative (n + m,) of the optimality conditions by one degree of posture."""
+        ahead, behind = (
+            _moved(self.move.angles_rad, dof, np.deg2rad(sign * STEP) * shape)
+            for sign in (1.0, -1.0)
+        )
+        return self._by_reference(ahead, behind, 2.0 * STEP)
+
+    def _by_reference(self, ahead: Array, behind: Array, span: float) -> Array:
+        """Change (n + m,) of the conditions between two motions to track, over `span`."""
         x = self.problem.trajectory(self.point.free)
-        gradients = []
-        for sign in (1.0, -1.0):
-            angles = _moved(self.move.angles_rad, dof, np.deg2rad(sign * STEP) * shape)
-            objective = self.move.with_reference(angles)
-            gradients.append(self.problem.layout.join(objective.gradient(x)))
+        gradients = [
+            self.problem.layout.join(self.move.with_reference(angles).gradient(x))
+            for angles in (ahead, behind)
+        ]
         column = np.zeros(self.kkt.factors.order)
-        column[: self.kkt.unknowns] = (gradients[0] - gradients[1]) / (2.0 * STEP)
+        column[: self.kkt.unknowns] = (gradients[0] - gradients[1]) / span
         return column
 
     def _through(self, conditions: Array) -> Array:
@@ -237,35 +266,47 @@ def _signature(local: Linearised, effect: Effect, values: Array, anchor: Observe
 
 def record_derivative(effect: Effect, internal: Array, anchor: Observed) -> Array:
     """Change (P, N, K) of a record per unit of an effect on the measurement."""
-    columns = []
-    for shift in STEP * np.eye(len(internal)):
-        ahead, behind = (
-            effect.observe(anchor, effect.physical(internal + sign * shift)) for sign in (1.0, -1.0)
+    pairs = _stepped(effect, internal, anchor)
+    return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in pairs])
+
+
+def _stepped(effect: Effect, internal: Array, anchor: Observed) -> list[tuple[Observed, Observed]]:
+    """Records a step ahead and a step behind of each parameter."""
+    return [
+        (
+            effect.observe(anchor, effect.physical(internal + shift)),
+            effect.observe(anchor, effect.physical(internal - shift)),
         )
-        columns.append(difference(ahead, behind) / (2.0 * STEP))
-    return np.stack(columns)
+        for shift in STEP * np.eye(len(internal))
+    ]
 
 
-def session_changes(anchor: Observed, settings: GapSettings) -> Array:
-    """Changes (R, N, K) of a record by one standard deviation of each error of a new session.
+def _followed(local: Linearised, effect: Effect, anchor: Observed) -> Array:
+    """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
+    if effect.changes_body:
+        return np.zeros((len(effect.params), *difference(anchor, anchor).shape))
+    pairs = _stepped(effect, np.zeros(len(effect.params)), anchor)
+    return local.following(pairs, 2.0 * STEP)
+
+
+def session_records(anchor: Observed, settings: GapSettings) -> list[Observed]:
+    """Records (R) with one standard deviation of each error of a new session.
 
     Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.
     """
     s, nodes = settings.session, len(anchor.pose)
-    changes = []
+    records = []
     for segment in FRAME_SEGMENTS:
         for vector in np.deg2rad(s.frame_deg) * np.eye(3):
-            turned = replace(anchor, pose=turn_frame(anchor.pose, segment, vector))
-            changes.append(difference(turned, anchor))
+            records.append(replace(anchor, pose=turn_frame(anchor.pose, segment, vector)))
     for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
         vectors = np.deg2rad(s.clavicle_axial_deg) * shape[:, None] * np.eye(3)[0]
-        turned = replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors))
-        changes.append(difference(turned, anchor))
+        records.append(replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors)))
     if anchor.emg is not None:
         for k in range(len(anchor.channels)):
             one = np.eye(len(anchor.channels))[k]
             for emg in (anchor.emg * (1.0 + s.emg_gain * one), anchor.emg + s.emg_offset * one):
-                changes.append(difference(replace(anchor, emg=emg), anchor))
+                records.append(replace(anchor, emg=emg))
         delay = Emd("measurement", "emd", None, DELAY, frozenset(), (), "")
-        changes.append(s.timing_ms * record_derivative(delay, np.zeros(1), anchor)[0])
-    return np.stack(changes)
+        records.append(delay.observe(anchor, np.array([s.timing_ms])))
+    return records

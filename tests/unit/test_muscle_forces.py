@@ -158,7 +158,7 @@ def straight_geometry():
         exponents=np.zeros((1, 10), int),
         length=np.stack(squared),
         translation=np.stack(arms, axis=1),
-        straight=np.ones(3, bool),
+        squared=np.ones(3, bool),
     )
 
 

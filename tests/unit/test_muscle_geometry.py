@@ -159,6 +159,22 @@ def test_fit_recovers_a_sparse_polynomial():
     assert not geometry.length[0, size:].any()
 
 
+def test_short_paths_from_thorax_to_scapula_are_fitted_by_their_square():
+    """A point that moves linearly past another: its squared distance is a quadratic polynomial."""
+    offset = np.array([0.03, 0.0, 0.0]) + 0.1 * VARIABLES[:, :3] @ np.diag([1.0, 2.0, 0.5])
+    length = np.linalg.norm(offset, axis=1)
+    gradient = np.zeros((len(length), 10))
+    gradient[:, :3] = 0.1 * offset * [1.0, 2.0, 0.5] / length[:, None]
+    samples = make_samples(length, gradient, VARIABLES)
+    record = {**RECORD, "muscles": [muscle("thorax", "scapula_r", wraps=["ribs"])]}
+    geometry = muscle_fit.fit_geometry(record, samples, FitSettings(1e-9, 1e-9)).geometry
+    assert geometry.squared.tolist() == [True]
+    values = muscle_fit.monomial_values(geometry.exponents, VARIABLES)
+    fitted = np.sqrt(values @ geometry.length[0, : values.shape[1]])
+    np.testing.assert_allclose(fitted, length, atol=1e-8)
+    assert not muscle_fit.fit_geometry(WRAPPED, samples, FitSettings()).geometry.squared.any()
+
+
 def test_selection_ends_when_the_target_is_met():
     rng = np.random.default_rng(4)
     length, gradient = quartic(VARIABLES)
@@ -249,5 +265,5 @@ def test_geometry_survives_the_file(tmp_path):
     muscle_geometry.save_geometry(geometry, tmp_path / "geometry.npz")
     again = muscle_geometry.load_geometry(tmp_path / "geometry.npz")
     assert again.names == geometry.names
-    for name in ("exponents", "length", "translation", "straight"):
+    for name in ("exponents", "length", "translation", "squared"):
         np.testing.assert_array_equal(getattr(again, name), getattr(geometry, name))

@@ -154,11 +154,12 @@ def test_conoid_ligament_is_as_long_as_recorded(record, participant):
     assert 0.01 < distances.min() < distances.max() < 0.05
 
 
-def test_flattened_thorax_keeps_its_sides(record):
+def test_flattened_thorax_almost_keeps_its_sides(record):
+    share = TABLES.constants["wrap_clearance"]["width_share"]
     surface = next(w for w in record["wrap_objects"] if w["name"] == "serr_ant")
     flat, scaled = surface["dimensions_m"], surface["scaled_dimensions_m"]
-    np.testing.assert_allclose(flat[:2], scaled[:2], rtol=1e-12)
-    assert flat[2] < scaled[2]
+    np.testing.assert_allclose(flat[:2], [share * scaled[0], scaled[1]], rtol=1e-12)
+    assert 0.5 * scaled[2] < flat[2] < scaled[2]
 
 
 def test_recorded_attachments_are_outside_the_thorax(record, participant):

@@ -256,17 +256,17 @@ class MuscleForces:
         t_value = (feature @ self._translation.T).reshape(len(q), 3, -1).transpose(0, 2, 1)
         with np.errstate(invalid="ignore"):
             # Not a number far outside the unit sphere: IPOPT then shortens its step.
-            root = np.sqrt(np.where(g.straight, y, 1.0))
+            root = np.sqrt(np.where(g.squared, y, 1.0))
         links = (
-            np.where(g.straight, root, y),
-            np.where(g.straight, 0.5 / root, 1.0),
-            np.where(g.straight, -0.25 / root**3, 0.0),
-            np.where(g.straight, 0.375 / root**5, 0.0),
+            np.where(g.squared, root, y),
+            np.where(g.squared, 0.5 / root, 1.0),
+            np.where(g.squared, -0.25 / root**3, 0.0),
+            np.where(g.squared, 0.375 / root**5, 0.0),
         )
         kappa = (
-            np.where(g.straight, 1.0 / root, 1.0),
-            np.where(g.straight, -0.5 / root**3, 0.0),
-            np.where(g.straight, 0.75 / root**5, 0.0),
+            np.where(g.squared, 1.0 / root, 1.0),
+            np.where(g.squared, -0.5 / root**3, 0.0),
+            np.where(g.squared, 0.75 / root**5, 0.0),
         )
         rate_map = self.dynamics.rate_map(q)
         rate = np.einsum("nij,nj->ni", rate_map, u)

@@ -1,9 +1,9 @@
 """Features in which muscle lengths are linear: monomials and rotation-matrix entries.
 
-Muscle lengths with wrapping are polynomials of the coordinates, y = C f(q); of straight paths the
-squared length is affine in the entries of rotation matrices, so it is C f(q) too. This module
-gives f and the contractions of its first three derivatives that the forces and their exact
-Hessian need.
+Muscle lengths with wrapping, or their squares, are polynomials of the coordinates, y = C f(q); of
+straight paths the squared length is affine in the entries of rotation matrices, so it is C f(q)
+too. This module gives f and the contractions of its first three derivatives that the forces and
+their exact Hessian need.
 
 Letters: N nodes, Nq coordinates, V = 10 polynomial variables, F features, D distinct monomials
 in the closure under differentiation.

@@ -4,6 +4,9 @@ Muscles that cross the same joints are fitted together: terms are selected for a
 so they share monomials, which the solver pays for, and each muscle takes as many of the first
 terms as it needs. Lengths and moment arms are fitted together, each in units of its target.
 
+Muscles from thorax to scapula become a fifth as long when the arm rises. Where a path is short its
+length bends sharply while its square stays smooth: for these muscles the square is the polynomial.
+
 Letters: P poses, M muscles, V = 10 variables, B candidate monomials, G muscles of a group,
 K rotations that they span, n selected terms.
 """
@@ -29,7 +32,9 @@ from scapulohumeral.model.muscle_geometry import (
 )
 from scapulohumeral.model.rotations import Array
 
-DEGREE_BY_VARIABLES = {1: 6, 3: 6, 4: 5, 6: 6, 7: 4, 9: 4, 10: 3}
+DEGREE_BY_VARIABLES = {1: 6, 3: 6, 4: 5, 6: 6, 7: 4, 9: 5, 10: 3}
+# Muscles that cross exactly these joints are fitted by their squared length.
+SQUARED_JOINTS = ("SC", "AC")
 # Leaving out jumps and fitting again settles after two or three rounds.
 MAX_ROUNDS = 5
 
@@ -55,11 +60,11 @@ class FitSettings:
     length_target_m: float = 2e-4
     arm_target_m: float = 1e-3
     direction_target: float = 0.01
-    rmse_change: float = 0.02
+    rmse_change: float = 0.01
     batch: int = 10
-    max_terms: int = 260
+    max_terms: int = 320
     max_condition: float = 1e7
-    jump_m: float = 0.006
+    jump_m: float = 0.003
     jump_spread: float = 8.0
 
     def __post_init__(self) -> None:
@@ -224,6 +229,23 @@ class _Group:
     length: Array
     arms: Array
     smooth: np.ndarray
+    squared: bool
+
+    def targets(self) -> tuple[Array, Array, Array]:
+        """What the terms are fitted to (P, G), its derivatives (K, P, G), weights of poses (P,).
+
+        An error of dy in a squared length is one of dy/2L in the length; L is here the geometric
+        mean over the group, so that all muscles share one set of normal equations.
+        """
+        if not self.squared:
+            return self.length, self.arms, np.ones(len(self.length))
+        weight = 0.5 * np.exp(-np.log(self.length).mean(axis=1))
+        return self.length**2, 2.0 * self.length * self.arms, weight
+
+    def predicted(self, selection: Selection) -> Array:
+        """Lengths (P, G) [m] at all poses."""
+        y = self.values[:, selection.order] @ selection.coefficients
+        return np.sqrt(np.maximum(y, 0.0)) if self.squared else y
 
     def normal_equations(
         self, keep: np.ndarray, settings: FitSettings
@@ -233,14 +255,14 @@ class _Group:
         Each block of rows, lengths and one rotation after the other, adds to the sums; they are
         divided by the number of rows, so that an error of one means: on target.
         """
-        blocks = [(self.values, self.length, settings.length_target_m)]
-        blocks += [
-            (s, a, settings.arm_target_m) for s, a in zip(self.slopes, self.arms, strict=True)
-        ]
-        size, targets = self.values.shape[1], self.length.shape[1]
+        y, slopes, weight = self.targets()
+        blocks = [(self.values, y, settings.length_target_m)]
+        blocks += [(s, a, settings.arm_target_m) for s, a in zip(self.slopes, slopes, strict=True)]
+        size, targets = self.values.shape[1], y.shape[1]
         gram, right, error = np.zeros((size, size)), np.zeros((size, targets)), np.zeros(targets)
         rows = len(blocks) * np.count_nonzero(keep)
         for design, target, unit in blocks:
+            unit = unit / weight[keep, None]
             design, target = design[keep] / unit, target[keep] / unit
             gram += design.T @ design / rows
             right += design.T @ target / rows
@@ -273,8 +295,8 @@ def _fit_lengths(group: _Group, settings: FitSettings) -> tuple[Selection, np.nd
                 "expected less than half. Choose a smaller margin or a larger clearance."
             )
         selection = select_terms(*group.normal_equations(keep, settings), settings)
-        predicted = group.values[:, selection.order] @ selection.coefficients
-        better = np.all(group.smooth & on_one_branch(group.length, predicted, settings), axis=1)
+        one_branch = on_one_branch(group.length, group.predicted(selection), settings)
+        better = np.all(group.smooth & one_branch, axis=1)
         if np.array_equal(better, keep):
             break
         keep = better
@@ -309,6 +331,7 @@ def fit_geometry(
     index: dict[tuple[int, ...], int] = {(0,) * 10: 0}
     terms: list[tuple[Array, Array, Array, Array]] = []
     condition, left_out = np.ones(len(muscles)), np.zeros(len(muscles), dtype=int)
+    squared = straight.copy()
     for joints, members in _groups(muscles, straight).items():
         group = _make_group(samples, joints, members)
         selection, keep = _fit_lengths(group, settings)
@@ -321,7 +344,8 @@ def fit_geometry(
         columns = np.array([index.setdefault(row, len(index)) for row in rows])
         terms.append((members, columns, selection.coefficients, directions))
         condition[members], left_out[members] = selection.condition, np.count_nonzero(~keep)
-    geometry = _assemble(record, straight, np.array(list(index)), terms)
+        squared[members] = group.squared
+    geometry = _assemble(record, (straight, squared), np.array(list(index)), terms)
     return MuscleFit(geometry, condition, left_out)
 
 
@@ -346,19 +370,20 @@ def _make_group(samples: FitSamples, joints: tuple[str, ...], members: Array) ->
         length=samples.length[:, members],
         arms=np.moveaxis(samples.length_gradient[:, members][:, :, moved], 2, 0),
         smooth=samples.smooth[:, members],
+        squared=joints == SQUARED_JOINTS,
     )
 
 
-def _assemble(record, straight: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
-    muscles, size = record["muscles"], len(exponents)
+def _assemble(record, forms, exponents: Array, terms) -> MuscleGeometry:
+    (straight, squared), muscles, size = forms, record["muscles"], len(exponents)
     length = np.zeros((len(muscles), size + ROTATION_FEATURES))
     translation = np.zeros((3, *length.shape))
     for members, columns, coefficients, directions in terms:
         length[np.ix_(members, columns)] = coefficients.T
         translation[np.ix_(range(3), members, columns)] = directions.transpose(2, 1, 0)
     for m in np.flatnonzero(straight):
-        squared, arms = straight_coefficients(record, muscles[m])
-        length[m, 0], length[m, size:] = squared[0], squared[1:]
+        square, arms = straight_coefficients(record, muscles[m])
+        length[m, 0], length[m, size:] = square[0], square[1:]
         translation[:, m, 0], translation[:, m, size:] = arms[:, 0], arms[:, 1:]
     names = tuple(muscle["name"] for muscle in muscles)
-    return MuscleGeometry(names, exponents, length, translation, straight)
+    return MuscleGeometry(names, exponents, length, translation, squared)

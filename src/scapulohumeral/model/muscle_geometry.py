@@ -3,7 +3,7 @@
 Features are monomials of the ten polynomial variables (quaternion vector parts and elbow angle, or
 Euler angles and elbow angle), followed by the 36 entries of four rotation matrices. Straight paths
 are exact: their squared length is affine in the entries of rotation matrices. Wrapping paths are
-polynomials; ``muscle_fit`` finds them.
+polynomials, some of them of the squared length too; ``muscle_fit`` finds them.
 
 Letters: M muscles, V = 10 variables, Fm monomials, F = Fm + 36 features.
 """
@@ -52,17 +52,17 @@ class MuscleGeometry:
     ----------
     names : M muscle names
     exponents : (Fm, V) exponents of the monomials; the first is the constant
-    length : (M, F) coefficients C; y = C f is the length [m], or its square [m^2] if straight
-    translation : (3, M, F) coefficients D; dL/dt_k = D_k f, or D_k f / L if straight; t moves the
+    length : (M, F) coefficients C; y = C f is the length [m], or its square [m^2] if squared
+    translation : (3, M, F) coefficients D; dL/dt_k = D_k f, or D_k f / L if squared; t moves the
         humeral head along scapula axes [m]
-    straight : (M,) bool
+    squared : (M,) bool
     """
 
     names: tuple[str, ...]
     exponents: Array
     length: Array
     translation: Array
-    straight: Array
+    squared: Array
 
 
 def crossed_joints(muscle: Mapping[str, Any]) -> tuple[str, ...]:
@@ -129,7 +129,7 @@ def save_geometry(geometry: MuscleGeometry, path: Path) -> None:
         exponents=geometry.exponents,
         length=geometry.length,
         translation=geometry.translation,
-        straight=geometry.straight,
+        squared=geometry.squared,
     )
 
 
@@ -141,5 +141,5 @@ def load_geometry(path: Path) -> MuscleGeometry:
             data["exponents"],
             data["length"],
             data["translation"],
-            data["straight"],
+            data["squared"],
         )

@@ -268,12 +268,12 @@ def flatten_thorax_surfaces(
 ) -> None:
     """Flatten thorax ellipsoids until the attachments of their muscles stay outside when recorded.
 
-    Applies to the surfaces that muscles wrap over; only the depth (z) shrinks, about the centre:
-    the sides, over which the muscles bend, stay where they are, and with them the moment arms.
-    Clearance and reason are in constants.yaml, `wrap_clearance`. Surfaces that are clear already
-    keep their size.
+    Applies to the surfaces that muscles wrap over. The width (x) shrinks by a fixed share, the
+    depth (z) as far as needed, both about the centre: the sides, over which the muscles bend,
+    almost stay where they are, and with them the moment arms. Clearance, share and reasons are in
+    constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size.
     """
-    clearance = tables.constants["wrap_clearance"]["min_level"]
+    rule = tables.constants["wrap_clearance"]
     record = model_record(model, participant, tables, "published")
     poses = recorded_poses(participant)
     for name in attachment_levels(record, poses):
@@ -282,8 +282,10 @@ def flatten_thorax_surfaces(
 
         def lowest(share: float, wrap=wrap, depth=depth, name=name) -> float:
             wrap["dimensions_m"][2] = share * depth
-            return float(attachment_levels(record, poses)[name].min()) - clearance
+            return float(attachment_levels(record, poses)[name].min()) - rule["min_level"]
 
+        if lowest(1.0) < 0.0:
+            wrap["dimensions_m"][0] *= rule["width_share"]
         if lowest(1.0) < 0.0:
             lowest(brentq(lowest, FLATTEST, 1.0, xtol=1e-6) - 1e-6)
         surface = model.updBodySet().get("thorax").upd_WrapObjectSet().get(name)

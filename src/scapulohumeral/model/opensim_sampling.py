@@ -30,6 +30,9 @@ TRANSLATION_STEP_M = 2e-4
 JUMP_M = 1e-5
 # A path under unit tension pulls at the humeral head with unit force, never more.
 LARGEST_UNIT_FORCE = 1.02
+# No muscle passes the elbow at this distance; in one of a thousand poses the wrapping answers the
+# two steps of a difference with two paths, and the biceps seems to have an arm of 0.24 m.
+LARGEST_ELBOW_ARM_M = 0.12
 GH_JOINT = "gh1"
 # Links of the chain, thorax first; a joint lies between neighbours.
 CHAIN_POSITION = {
@@ -136,6 +139,7 @@ def sample_geometry(
     translation, gh_jump = _translational(model, names, poses, length, crossing["GH"])
     force = np.linalg.norm(translation, axis=2)
     smooth = (np.maximum(jump, gh_jump) < JUMP_M) & (force < LARGEST_UNIT_FORCE)
+    smooth &= np.abs(gradient[:, :, JOINT_COLUMNS["EL"]]).max(axis=2) < LARGEST_ELBOW_ARM_M
     return {
         "q": poses,
         "length_m": length,

@@ -91,11 +91,11 @@ def _muscle_rows(
         def linear(row: np.ndarray) -> sm.Expr:
             return sm.Add(*(sm.Float(row[k]) * features[k] for k in np.flatnonzero(row)))
 
-        straight = bool(geometry.straight[m])
+        squared = bool(geometry.squared[m])
         y = linear(geometry.length[m])
-        length = sm.sqrt(y) if straight else y
+        length = sm.sqrt(y) if squared else y
         gradient = (sm.Matrix([length]).jacobian(q) * rate_map).T
-        shift = [linear(geometry.translation[k, m]) / (length if straight else 1) for k in range(3)]
+        shift = [linear(geometry.translation[k, m]) / (length if squared else 1) for k in range(3)]
         velocity = gradient.dot(sm.Matrix(formulation.u))
         force = _tension(muscles, m, length, velocity, activation)
         total -= force * sm.Matrix([*gradient, *shift])

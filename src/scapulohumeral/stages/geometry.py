@@ -25,7 +25,7 @@ from scapulohumeral.model.muscle_fit import (
     fit_geometry,
     on_one_branch,
 )
-from scapulohumeral.model.muscle_geometry import crossed_joints
+from scapulohumeral.model.muscle_geometry import crossed_joints, is_straight
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     Array,
@@ -35,6 +35,7 @@ from scapulohumeral.model.rotations import (
 
 # Beyond these normalised fibre lengths the force-length curve gives hardly any active force.
 FIBRE_LENGTH_RANGE = (0.4, 1.8)
+PATHS = {True: "straight", False: "polynomial"}
 MM = 1e3
 
 
@@ -170,7 +171,7 @@ def assess_muscle_geometry(
     return pd.DataFrame(
         {
             "muscle": geometry.names,
-            "path": np.where(geometry.straight, "straight", "polynomial"),
+            "path": [PATHS[is_straight(muscle)] for muscle in record["muscles"]],
             "joints": [" ".join(crossed_joints(muscle)) for muscle in record["muscles"]],
             "terms": np.count_nonzero(geometry.length, axis=1),
             "condition": fit.condition,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
+from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import decide, evidence
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import diagnose
@@ -111,6 +112,27 @@ def diagnosed(**how):
     done = diagnose(case(**how), None, SETTINGS)
     to_json(replace(done, hashes=HASHES))
     return done
+
+
+def failing(*tasks):
+    """A nominal model that cannot do some tasks."""
+
+    def respond(task, *rest):
+        if task in tasks:
+            raise SolveError(f"movement {task}: not solved")
+        return made_up_response(task, *rest)
+
+    return respond
+
+
+def test_a_task_that_cannot_be_solved_is_left_out_with_its_reason(monkeypatch):
+    monkeypatch.setattr(evidence, "respond", failing("low"))
+    done = diagnosed(effect=RIGHT)
+    assert any("task low is left out: movement low: not solved" in line for line in done.warnings)
+    assert done.candidates[0].label == RIGHT
+    monkeypatch.setattr(evidence, "respond", failing(*TASKS))
+    with pytest.raises(SolveError, match="not solved"):
+        diagnosed(effect=RIGHT)
 
 
 def test_equal_trials_show_no_gap():

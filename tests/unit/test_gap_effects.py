@@ -10,6 +10,7 @@ from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.frames import elevation
+from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
 from scapulohumeral.gap.library import EMG_FAMILIES, FAMILIES, library, untestable
 from scapulohumeral.gap.observe import difference, predicted
 from scapulohumeral.gap.signatures import Linearised, Recorder
@@ -176,6 +177,14 @@ def test_skin_leaves_the_scapula_only_above_sixty_degrees():
     assert lifted.any()
     assert not lifted.all()
     assert np.all((angle > 1e-9) == lifted)
+
+
+def test_skin_error_has_no_kink_and_its_full_size_at_120_degrees():
+    angle = np.deg2rad(np.linspace(40.0, 140.0, 1001))
+    slope = np.gradient(sliding(angle), angle)
+    assert np.abs(np.diff(slope)).max() < 0.02
+    assert sliding(np.deg2rad(120.0)) / sliding(FULL_RAD) == pytest.approx(1.0)
+    assert np.all(np.diff(sliding(angle)[angle > np.deg2rad(60.0)]) > 0.0)
 
 
 @pytest.mark.parametrize("segment", ["thorax", "scapula", "humerus"])

@@ -82,6 +82,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     SolveError                       a nominal movement cannot be solved
     """
     warnings: list[str] = []
+    if case.participant.emg_channels and not case.channels:
+        warnings.append("EMG is left out: no channel of the participant is in every trial")
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = null_bank.read_bank(_bank_path(settings), settings)

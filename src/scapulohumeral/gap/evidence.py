@@ -160,7 +160,9 @@ def gather(
         (task, anchor, model, effects, records.recorder, local)
         for task, anchor in records.anchors.items()
     ]
-    responses = tuple(side_by_side(respond, jobs, case.threads))
+    found = side_by_side(_respond_or_reason, jobs, case.threads)
+    responses = tuple(one for one in found if isinstance(one, Response))
+    records = _solved_part(records, found, warnings)
     if not records.reference:
         responses = tuple(response.of_residual() for response in responses)
     gains = _gains(responses, records) if records.reference else np.ones(len(records.channels))
@@ -180,6 +182,39 @@ def gather(
         gains=gains,
         boxes=disturbances(responses, comparison, settings.noise.emg),
         referenced=bool(records.reference),
+    )
+
+
+def _respond_or_reason(*job: Any) -> Response | SolveError:
+    try:
+        return respond(*job)
+    except SolveError as error:
+        return error
+
+
+def _solved_part(
+    records: Records, found: Sequence[Response | SolveError], warnings: list[str]
+) -> Records:
+    """Records of the tasks whose nominal movement was solved.
+
+    Raises
+    ------
+    SolveError                       none was
+    """
+    faults = {
+        task: one
+        for task, one in zip(records.anchors, found, strict=True)
+        if isinstance(one, SolveError)
+    }
+    if len(faults) == len(records.anchors):
+        raise next(iter(faults.values()))
+    warnings += [f"task {task} is left out: {error}" for task, error in faults.items()]
+    kept = [task for task in records.anchors if task not in faults]
+    return replace(
+        records,
+        test={task: records.test[task] for task in kept},
+        reference={task: records.reference[task] for task in kept if records.reference},
+        anchors={task: records.anchors[task] for task in kept},
     )
 
 

@@ -38,6 +38,7 @@ TOLERANCE = 1e-6
 # the cost of a single muscle's effort could not be varied to both sides of the nominal one.
 EXCITATION_EFFORT = 0.01
 # Rows of the equations that belong to each joint.
+KEPT = ("_nominal_problem", "_nominal")
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 
 
@@ -220,4 +221,8 @@ def with_tendon_load(move: Movement, point: Start) -> Movement:
     muscles = move.body.muscles
     force = force_derivatives(*move.forces.lengths(q, u), muscles)
     load = (force.active * a + force.passive) / muscles.max_isometric_force
-    return replace(move, body=replace(move.body, tendon_load=load))
+    loaded = replace(move, body=replace(move.body, tendon_load=load))
+    # The tension enters the equations with an effect only, so the nominal problem, which takes
+    # longer to set up than to differentiate, stays what it is.
+    loaded.__dict__.update({name: move.__dict__[name] for name in KEPT if name in move.__dict__})
+    return loaded

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from scapulohumeral.gap.attribute import Fit, Hypothesis, fit
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.forward import movement, with_tendon_load
+from scapulohumeral.gap.forward import Movement, movement, with_tendon_load
 from scapulohumeral.gap.observe import difference
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures import Linearised, Recorder, Response, record_derivative
+from scapulohumeral.ocp.sensitivity import Variant
 from scapulohumeral.ocp.solver import Start
 
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
@@ -44,14 +46,22 @@ def refit(
     SolveError                       a movement with the effect cannot be solved
     """
     [effect] = first.hypothesis.effects
-    current, starts = first, [response.point for response in responses]
+    current, moves = first, []
+    if effect.changes_body:
+        moves = [
+            with_tendon_load(movement(model, response.anchor, settings), response.point)
+            for response in responses
+        ]
+    starts = [response.point for response in responses]
     for _ in range(settings.refits):
         x = _limited(current)
         values, slopes = [], []
         for i, response in enumerate(responses):
-            value, slope, starts[i] = resolve(
-                effect, x, response, starts[i], model, recorder, settings
-            )
+            if effect.changes_body:
+                problem = Resolve(moves[i], response, recorder, settings.iterations)
+                value, slope, starts[i] = problem.solved(effect, x, starts[i])
+            else:
+                value, slope = recorded_change(effect, x, response)
             values.append(gains * value)
             slopes.append(gains * slope)
         hypothesis = Hypothesis(
@@ -70,36 +80,48 @@ def _limited(current: Fit) -> np.ndarray:
     return np.clip(x, low, high)
 
 
-def resolve(
-    effect: Effect,
-    x: np.ndarray,
-    response: Response,
-    start: Start,
-    model: ParticipantModel,
-    recorder: Recorder,
-    settings: GapSettings,
-) -> tuple[np.ndarray, np.ndarray, Start]:
-    """Change (N, K) by an effect at internal parameters (P,), its derivative (P, N, K), solution.
+def recorded_change(
+    effect: Effect, x: np.ndarray, response: Response
+) -> tuple[np.ndarray, np.ndarray]:
+    """Change (N, K) of the record by an effect on it, and its derivative (P, N, K)."""
+    changed = effect.observe(response.anchor, effect.physical(x))
+    return difference(changed, response.anchor), record_derivative(effect, x, response.anchor)
 
-    Raises
-    ------
-    SolveError                       the movement with the effect cannot be solved
+
+@dataclass(frozen=True, eq=False)
+class Resolve:
+    """A movement to be solved with effects on the body.
+
+    Attributes
+    ----------
+    move : movement; response : its nominal solution
+    recorder : what is recorded; iterations : after which a solve counts as failed
     """
-    if not effect.changes_body:
-        changed = effect.observe(response.anchor, effect.physical(x))
-        value = difference(changed, response.anchor)
-        return value, record_derivative(effect, x, response.anchor), start
-    nominal = movement(model, response.anchor, settings)
-    move = with_tendon_load(nominal, response.point)
-    body = effect.apply(move.body, effect.physical(x))
-    point = move.solved(body, _inside(start, move.problem(body)), settings.iterations)
-    local = Linearised(move, body, point, response.anchor.duration_s, recorder)
-    return difference(local.observed, response.nominal), local.by_effect(effect, x), point
+
+    move: Movement
+    response: Response
+    recorder: Recorder
+    iterations: int
+
+    def solved(
+        self, effect: Effect, x: np.ndarray, start: Start
+    ) -> tuple[np.ndarray, np.ndarray, Start]:
+        """Change (N, K) at internal parameters (P,), its derivative (P, N, K), solution.
+
+        Raises
+        ------
+        SolveError                       the movement with the effect cannot be solved
+        """
+        body = effect.apply(self.move.body, effect.physical(x))
+        point = self.move.solved(body, _inside(start, self.move.variant(body)), self.iterations)
+        duration = self.response.anchor.duration_s
+        local = Linearised(self.move, body, point, duration, self.recorder)
+        return difference(local.observed, self.response.nominal), local.by_effect(effect, x), point
 
 
-def _inside(start: Start, problem) -> Start:
+def _inside(start: Start, bounds: Variant) -> Start:
     """A start moved inside bounds that an effect has narrowed."""
-    low, high = problem.lower_bound, problem.upper_bound
+    low, high = bounds.lower, bounds.upper
     margin = np.minimum(MARGIN, 0.25 * (high - low))
     return Start(
         np.clip(start.free, low + margin, high - margin),

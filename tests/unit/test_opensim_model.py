@@ -162,6 +162,24 @@ def test_flattened_thorax_almost_keeps_its_sides(record):
     assert 0.5 * scaled[2] < flat[2] < scaled[2]
 
 
+def test_radii_shrink_only_as_far_as_needed():
+    def clearance(point):
+        return lambda radii: float(np.sum((np.array(point) / radii) ** 2) - 1.0)
+
+    radii = np.array([0.2, 0.3, 0.1])
+    cases = [
+        ((0.3, 0.0, 0.0), radii),  # outside
+        ((0.195, 0.0, 0.0), [0.18, 0.3, 0.1]),  # outside once the width has shrunk
+        ((0.0, 0.0, 0.05), [0.18, 0.3, 0.05]),  # less depth
+        ((0.0, 0.15, 0.0), [0.09, 0.15, 0.05]),  # no depth is enough
+    ]
+    for point, expected in cases:
+        found = om._clear_radii(radii, clearance(point), 0.9)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+        assert clearance(point)(found) >= 0.0
+    assert om._clear_radii(radii, clearance((0.0, 0.0, 0.0)), 0.9) is None
+
+
 def test_recorded_attachments_are_outside_the_thorax(record, participant):
     levels = attachment_levels(record, recorded_poses(participant))
     assert set(levels) == {"serr_ant", "lat_dorsi_sup", "lat_dorsi_mid", "lat_dorsi_inf"}

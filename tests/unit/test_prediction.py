@@ -10,6 +10,7 @@ from small_arm import NAMES, small_muscles
 from small_posed import WEIGHTS, small_model, small_settings
 from synthetic_study import solution
 
+from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.solution import write_solution
@@ -61,6 +62,8 @@ def test_unknown_muscle_is_refused():
         ({"capacity": -0.1}, "capacity -0.1"),
         ({"w_gh": -1.0}, "w_gh -1.0"),
         ({"capacity": float("nan")}, "capacity nan"),
+        ({"w_gh": float("nan")}, "w_gh nan"),
+        ({"girdle_stiffness_Nm_per_rad": -1.0}, "girdle_stiffness_Nm_per_rad -1.0"),
     ],
 )
 def test_impossible_conditions_are_refused(changes, named):
@@ -108,6 +111,17 @@ def test_tracking_leads_to_prediction_by_falling_guidance(way):
         assert weights.tracked == TRACKED
         assert weights.stability == HEALTHY.w_gh
         assert weights.trajectory == WEIGHTS["trajectory_quaternion"]
+
+
+def test_girdle_stiffness_changes_two_joints(way):
+    (healthy,) = way(replace(HEALTHY, start="direct"))
+    (stiff,) = way(replace(HEALTHY, start="direct", girdle_stiffness_Nm_per_rad=5.0))
+    before, after = unpack(healthy.parameters), unpack(stiff.parameters)
+    np.testing.assert_array_equal(after["joint_stiffness"][:2], [5.0, 5.0])
+    assert (before["joint_stiffness"][:2] != 5.0).all()
+    np.testing.assert_array_equal(after["joint_stiffness"][2:], before["joint_stiffness"][2:])
+    for name in before.keys() - {"joint_stiffness"}:
+        np.testing.assert_array_equal(after[name], before[name])
 
 
 def test_capacity_falls_in_steps_from_a_healthy_neighbour(way):

@@ -12,6 +12,41 @@ wildcard_constraints:
 PLANT_PARTICIPANTS = ["par1", "par2", "par3"]
 
 
+# Open cases without any effect: what they make of the tests becomes the bank of thresholds. Copy it
+# to config/gap/null_bank.json to use it; their keys tell nothing and are not kept.
+rule build_null_bank:
+    input:
+        models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),
+        thorax=expand("results/models/{participant}_thorax.json", participant=PLANT_PARTICIPANTS),
+        geometry=expand(
+            "results/muscle_geometry/{participant}/quaternion.npz",
+            participant=PLANT_PARTICIPANTS,
+        ),
+        equations="results/equations/quaternion",
+    output:
+        cases=directory("results/gap/bank/cases"),
+        bank="results/gap/null_bank.json",
+    log:
+        python="results/logs/build_null_bank.python.log",
+    benchmark:
+        "results/benchmarks/build_null_bank.jsonl"
+    params:
+        cases=lookup(within=config, dpath="blind/nulls"),
+        seed=lookup(within=config, dpath="blind/nulls_seed"),
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=120,
+    message:
+        "Null bank: simulate and test {params.cases} cases without any effect"
+    shell:
+        "(PYTHONPATH=tests python -m plants.generate --kind null --cases {params.cases}"
+        " --seed {params.seed} --results results --participants config/participants"
+        " --out {output.cases} --keys $(mktemp -d)/keys"
+        " && python -m scapulohumeral.gap.cli gap bank build --cases {output.cases}"
+        " --out {output.bank}) > {log.python} 2>&1"
+
+
 rule draw_blind_cases:
     input:
         models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),

@@ -262,8 +262,8 @@ class _Group:
         gram, right, error = np.zeros((size, size)), np.zeros((size, targets)), np.zeros(targets)
         rows = len(blocks) * np.count_nonzero(keep)
         for design, target, unit in blocks:
-            unit = unit / weight[keep, None]
-            design, target = design[keep] / unit, target[keep] / unit
+            scale = unit / weight[keep, None]
+            design, target = design[keep] / scale, target[keep] / scale
             gram += design.T @ design / rows
             right += design.T @ target / rows
             error += np.sum(target**2, axis=0) / rows

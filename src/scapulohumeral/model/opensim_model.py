@@ -8,7 +8,7 @@ class, it scales optimal fibre and tendon slack lengths with the path. This modu
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -46,6 +46,7 @@ ANTHROPOMETRIC_PARTS = {
 
 # Least share of its depth that a flattened thorax surface keeps.
 FLATTEST = 0.1
+DEPTH, ALL_AXES = [False, False, True], [True, True, True]
 
 opensim.Logger.setLevelString("error")
 
@@ -271,26 +272,51 @@ def flatten_thorax_surfaces(
     Applies to the surfaces that muscles wrap over. The width (x) shrinks by a fixed share, the
     depth (z) as far as needed, both about the centre: the sides, over which the muscles bend,
     almost stay where they are, and with them the moment arms. Clearance, share and reasons are in
-    constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size.
+    constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size. Where a
+    recording puts a bone so deep into the thorax that no depth is enough, all radii shrink.
+
+    Raises
+    ------
+    ModelError                       if an attachment comes close to the centre of the thorax
     """
     rule = tables.constants["wrap_clearance"]
     record = model_record(model, participant, tables, "published")
     poses = recorded_poses(participant)
     for name in attachment_levels(record, poses):
         wrap = next(w for w in record["wrap_objects"] if w["name"] == name)
-        depth = wrap["dimensions_m"][2]
 
-        def lowest(share: float, wrap=wrap, depth=depth, name=name) -> float:
-            wrap["dimensions_m"][2] = share * depth
+        def clearance(radii: Array, wrap=wrap, name=name) -> float:
+            wrap["dimensions_m"] = radii.tolist()
             return float(attachment_levels(record, poses)[name].min()) - rule["min_level"]
 
-        if lowest(1.0) < 0.0:
-            wrap["dimensions_m"][0] *= rule["width_share"]
-        if lowest(1.0) < 0.0:
-            lowest(brentq(lowest, FLATTEST, 1.0, xtol=1e-6) - 1e-6)
+        radii = _clear_radii(np.array(wrap["dimensions_m"]), clearance, rule["width_share"])
+        if radii is None:
+            raise ModelError(
+                f"{participant.name}: a recorded pose puts a muscle attachment into the middle of "
+                f"the thorax (surface {name}). Check the angles of the SC and AC joint."
+            )
         surface = model.updBodySet().get("thorax").upd_WrapObjectSet().get(name)
-        ellipsoid = opensim.WrapEllipsoid.safeDownCast(surface)
-        ellipsoid.set_dimensions(_vec3(wrap["dimensions_m"]))
+        opensim.WrapEllipsoid.safeDownCast(surface).set_dimensions(_vec3(radii.tolist()))
+
+
+def _clear_radii(
+    radii: Array, clearance: Callable[[Array], float], width_share: float
+) -> Array | None:
+    """Radii (3,) [m] without negative clearance: less depth, else less of all; None if none do."""
+    if clearance(radii) >= 0.0:
+        return radii
+    narrow = radii * [width_share, 1.0, 1.0]
+    if clearance(narrow) >= 0.0:
+        return narrow
+    for axes in (DEPTH, ALL_AXES):
+
+        def shrunk(share: float, axes=axes) -> Array:
+            return np.where(axes, share * narrow, narrow)
+
+        if clearance(shrunk(FLATTEST)) >= 0.0:
+            root = brentq(lambda share, s=shrunk: clearance(s(share)), FLATTEST, 1.0, xtol=1e-6)
+            return shrunk(root - 1e-6)
+    return None
 
 
 def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:

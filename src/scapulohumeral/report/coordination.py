@@ -99,7 +99,13 @@ class Prediction:
     def problem(self) -> tuple[Any, ...]:
         """What tells its problem from others; equal for predictions from several starts."""
         condition = self.condition
-        return (condition.parameters, condition.w_gh, self.limited, condition.capacity)
+        return (
+            condition.parameters,
+            condition.w_gh,
+            self.limited,
+            condition.capacity,
+            condition.girdle_stiffness_Nm_per_rad,
+        )
 
     @property
     def planes(self) -> dict[str, slice]:
@@ -142,8 +148,14 @@ class Cases:
 
     @property
     def healthy(self) -> Prediction | None:
-        """Calibrated muscles with their full force."""
-        return self._first(lambda p: p.condition.parameters == "calibrated" and not p.limited)
+        """Calibrated muscles with their full force, joints as in the model."""
+        return self._first(
+            lambda p: (
+                p.condition.parameters == "calibrated"
+                and not p.limited
+                and p.condition.girdle_stiffness_Nm_per_rad is None
+            )
+        )
 
     @property
     def generic(self) -> Prediction | None:

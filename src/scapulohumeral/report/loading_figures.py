@@ -14,8 +14,7 @@ from matplotlib.patches import Ellipse
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.paper import ORTHOLOAD_BW
 from scapulohumeral.report.prediction_figures import (
-    CUFF,
-    HEALTHY,
+    compared,
     condition_label,
     muscle_names,
 )
@@ -40,9 +39,7 @@ def loading_figure(cases: Cases) -> Picture | None:
     about = cases.healthy
     if about is None:
         return None
-    shown = {"healthy": (about, HEALTHY)}
-    if cases.cuff is not None:
-        shown["cuff-limited"] = (cases.cuff, CUFF)
+    shown = compared(cases, about)
     drawing = Drawing(1, 3, (12.5, 4.0), width_ratios=(1, 1, 2.1))
     ellipses, size = drawing.axes[0, :2], drawing.axes[0, 2]
     for axes, (label, (prediction, _)) in zip(ellipses, shown.items(), strict=False):

@@ -16,7 +16,7 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.model.muscle_geometry import load_geometry
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.figures import GROUP_NAMES
-from scapulohumeral.report.prediction_figures import CUFF, HEALTHY, condition_label
+from scapulohumeral.report.prediction_figures import CUFF, HEALTHY, compared, condition_label
 from scapulohumeral.report.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import Table
 from scapulohumeral.stages.calibration import calibrated_muscles
@@ -138,9 +138,7 @@ def group_force_figure(cases: Cases) -> Picture | None:
     about = cases.healthy
     if about is None:
         return None
-    shown = {"healthy": (about, HEALTHY)}
-    if cases.cuff is not None:
-        shown["cuff-limited"] = (cases.cuff, CUFF)
+    shown = compared(cases, about)
     names = {muscle["name"]: muscle["group"] for muscle in about.record["muscles"]}
     groups = np.array([names[name] for name in about.solution.muscles.tolist()])
     forces = {k: group_force(p.solution.muscle_force_N, groups) for k, (p, _) in shown.items()}

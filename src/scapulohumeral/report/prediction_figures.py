@@ -295,6 +295,14 @@ def _at_whole_degrees(elevation: Array, upward: Array) -> tuple[Array, Array]:
     return degrees, np.interp(degrees, reached[first], upward[first])
 
 
+def compared(cases: Cases, healthy: Prediction) -> dict[str, tuple[Prediction, dict[str, Any]]]:
+    """The paper's two shoulders by name, each with its line; the second only if it was solved."""
+    shown = {"healthy": (healthy, HEALTHY)}
+    if cases.cuff is not None:
+        shown["cuff-limited"] = (cases.cuff, CUFF)
+    return shown
+
+
 @styled
 def prediction_excitations(
     coordination: Coordination, cases: Cases, trial_times: Mapping[str, Array]
@@ -308,9 +316,7 @@ def prediction_excitations(
     about, channels = cases.healthy, coordination.channels
     if about is None or channels is None:
         return None
-    shown = {"healthy": (about, HEALTHY)}
-    if cases.cuff is not None:
-        shown["cuff-limited"] = (cases.cuff, CUFF)
+    shown = compared(cases, about)
     drawing = Drawing(2, 4, (12.5, 5.0), sharex="all")
     matrix = channels.matrix(about.solution.muscles.tolist())
     for row, (axes, name) in enumerate(

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.kkt import certificate
 from scapulohumeral.ocp.objective import Trajectory
@@ -52,6 +53,8 @@ class Condition:
     capacity : their share of the healthy active force, 0 to 1
     start : how the solution is reached: "tracking" (through the guidance steps), "direct"
         (from tracking at once), or the name of the condition whose solution is changed step by step
+    girdle_stiffness_Nm_per_rad : passive stiffness of sternoclavicular and acromioclavicular joint;
+        None: that of the model
     """
 
     name: str
@@ -60,6 +63,7 @@ class Condition:
     muscles: tuple[str, ...] = ()
     capacity: float = 1.0
     start: str = "tracking"
+    girdle_stiffness_Nm_per_rad: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse unknown parameters and impossible capacities."""
@@ -68,10 +72,16 @@ class Condition:
                 f"prediction condition {self.name}: parameters {self.parameters!r}; "
                 "choose generic or calibrated"
             )
-        if not 0.0 <= self.capacity <= 1.0 or self.w_gh < 0.0:
+        if not 0.0 <= self.capacity <= 1.0 or not self.w_gh >= 0.0:
             raise ConfigError(
                 f"prediction condition {self.name}: capacity {self.capacity}, w_gh {self.w_gh}; "
                 "expected a capacity of 0 to 1 and a weight that is not negative"
+            )
+        stiffness = self.girdle_stiffness_Nm_per_rad
+        if stiffness is not None and not stiffness >= 0.0:
+            raise ConfigError(
+                f"prediction condition {self.name}: girdle_stiffness_Nm_per_rad {stiffness}; "
+                "expected a number that is not negative, or none for that of the model"
             )
 
 
@@ -125,7 +135,18 @@ class _Scene:
         weights = {**self.settings.solve.weights, "stability": self.condition.w_gh}
         target = composite_target(self.composite, TRACKED, guidance)
         limited = limit_capacity(self.muscles, self.model.record, self.condition.muscles, capacity)
-        return pose(self.model, limited, target, replace(self.settings.solve, weights=weights))
+        posed = pose(self.model, limited, target, replace(self.settings.solve, weights=weights))
+        stiffness = self.condition.girdle_stiffness_Nm_per_rad
+        if stiffness is None:
+            return posed
+        return replace(posed, parameters=stiffen_girdle(posed.parameters, stiffness))
+
+
+def stiffen_girdle(parameters: np.ndarray, stiffness_Nm_per_rad: float) -> np.ndarray:
+    """Run-time parameters (P,) with another stiffness of SC and AC joint."""
+    values = {name: block.copy() for name, block in unpack(parameters).items()}
+    values["joint_stiffness"][:2] = stiffness_Nm_per_rad
+    return pack(values)
 
 
 def limit_capacity(
@@ -170,11 +191,13 @@ def solve_prediction(
     scene = _Scene(model, composite, muscles, condition, settings)
     steps = list(_steps(scene, files))
     start: Start | Trajectory = _start(files, composite)
-    seconds, iterations = 0.0, 0
+    seconds, iterations, progress = 0.0, 0, ""
     for posed in steps:
         result = solve_posed(posed, start, settings.solve, solver_log)
         seconds, iterations = seconds + result.seconds, iterations + result.iterations
         start = result.point
+        progress += solver_log.read_text(encoding="utf-8")
+    solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
     _write(scene, files, posed, result, solution)
 

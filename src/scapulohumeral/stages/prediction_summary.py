@@ -15,6 +15,8 @@ from scapulohumeral.stages.quantities import PredictionCase, plane_rows, rhythm_
 
 # Objectives of one problem that differ by less belong to the same local optimum.
 SAME_OPTIMUM = 1e-3
+# Columns that tell a problem from others; starts and solver settings do not.
+PROBLEM = ("participant", "parameters", "w_gh", "muscles", "capacity", "girdle_stiffness")
 UNSOLVED = {
     "peak_gh_force_bw": np.nan,
     "max_eccentricity": np.nan,
@@ -68,6 +70,7 @@ def _rows(
         "w_gh": condition["w_gh"],
         "muscles": " ".join(condition["muscles"]),
         "capacity": condition["capacity"],
+        "girdle_stiffness": condition["girdle_stiffness_Nm_per_rad"],
         "start": condition["start"],
         "status": about["status"],
         "kkt_error": proof["kkt_error"],
@@ -84,8 +87,7 @@ def _rows(
 
 def _branches(table: pd.DataFrame) -> list[str]:
     """Letter of the local optimum of each row, A the best of all starts of the same problem."""
-    problem = table[["participant", "parameters", "w_gh", "muscles", "capacity"]].astype(str)
-    keys = problem.agg("|".join, axis=1)
+    keys = table[list(PROBLEM)].apply(lambda row: "|".join(map(str, row)), axis=1)
     branches = []
     for key, objective, status in zip(keys, table["objective"], table["status"], strict=True):
         if status != "optimal":

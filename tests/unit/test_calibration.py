@@ -10,6 +10,7 @@ from muscle_record import muscle_record
 from small_posed import small_settings
 
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solver import Start
 from scapulohumeral.stages.calibration import (
@@ -96,8 +97,9 @@ def scored(folder, groups: dict, simulated: bool = True) -> dict:
     paths = [folder / name for name in ("scalers.json", "plant.yaml", "scored.json")]
     document = {"schema": "calibration/1", "emg_simulated": simulated, "groups": groups}
     paths[0].write_text(json.dumps(document), encoding="utf-8")
-    paths[1].write_text(yaml.safe_dump(plant), encoding="utf-8")
-    score(paths[0], paths[1], TABLE, paths[2])
+    if simulated:
+        paths[1].write_text(yaml.safe_dump(plant), encoding="utf-8")
+    score(paths[0], paths[1] if simulated else None, TABLE, paths[2])
     return json.loads(paths[2].read_text(encoding="utf-8"))
 
 
@@ -143,6 +145,13 @@ def test_measured_emg_has_no_score(tmp_path):
     document = scored(tmp_path, dict.fromkeys(CHANNELS.groups, kinds), simulated=False)
     assert document["scores"] is None
     assert "plant" not in document["groups"][CHANNELS.groups[0]]["force"]
+
+
+def test_simulated_emg_needs_its_plant(tmp_path):
+    path = tmp_path / "scalers.json"
+    path.write_text(json.dumps({"emg_simulated": True, "groups": {}}), encoding="utf-8")
+    with pytest.raises(ConfigError, match="scalers.json: its EMG was simulated"):
+        score(path, None, TABLE, tmp_path / "scored.json")
 
 
 def test_calibrated_muscles_are_scaled_by_group(tmp_path):

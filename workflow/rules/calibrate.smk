@@ -45,7 +45,7 @@ rule calibrate:
 rule score_calibration:
     input:
         scalers="results/calibration/{participant}_scalers.json",
-        plant="config/plant/{participant}.yaml",
+        plant=plant_behind_emg,
         channels="config/emg/channels.csv",
         code=code_of("scapulohumeral.stages.calibration_score"),
     output:

@@ -89,11 +89,16 @@ def elevations(wildcards):
     return [str(trials[plane]) for plane in ("frontal", "scapular", "sagittal") if plane in trials]
 
 
+def measured_emg(participant):
+    """What a participant's file says of measured EMG; no trials if there is none."""
+    file = Path("config/participants", participant, "participant.yaml")
+    return yaml.safe_load(file.read_text(encoding="utf-8")).get("emg", {"trials": {}})
+
+
 def raw_emg(wildcards):
     """Raw EMG of a trial and the maximal contractions that it is normalised by."""
     folder = Path("config/participants", wildcards.participant)
-    document = yaml.safe_load((folder / "participant.yaml").read_text(encoding="utf-8"))
-    emg = document.get("emg", {"trials": {}})
+    emg = measured_emg(wildcards.participant)
     if wildcards.trial in emg["trials"]:
         return {
             "raw": str(folder / emg["trials"][wildcards.trial]),
@@ -101,6 +106,14 @@ def raw_emg(wildcards):
         }
     simulated = f"results/emg/{wildcards.participant}"
     return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
+
+
+def plant_behind_emg(wildcards):
+    """The plant whose EMG a calibration was given; none where all of it was measured."""
+    measured = measured_emg(wildcards.participant)["trials"]
+    if all(plane in measured for plane in config["planes"]):
+        return []
+    return f"config/plant/{wildcards.participant}.yaml"
 
 
 def check_conditions():

@@ -8,9 +8,10 @@ log_to_file(snakemake)
 
 from scapulohumeral.stages.calibration_score import score
 
+plant = snakemake.input.get("plant")
 score(
     calibration=Path(snakemake.input.scalers),
-    plant=Path(snakemake.input.plant),
+    plant=Path(plant) if plant else None,
     channels=Path(snakemake.input.channels),
     scored=Path(snakemake.output.scored),
 )

@@ -13,18 +13,26 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.emg.channels import read_channels
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.stages.calibration import KINDS
 from scapulohumeral.stages.reference_plant import read_plant
 
 
-def score(calibration: Path, plant: Path, channels: Path, scored: Path) -> None:
+def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -> None:
     """Add to a calibration how far it is from the plant whose EMG it was given.
 
     Errors are relative to the plant's value; medians are over the identifiable scalers, those of
     all and of the paper's problem beside them. Measured EMG has no plant to compare with.
+
+    Raises
+    ------
+    ConfigError
+        If the EMG was simulated and no plant is named.
     """
     document = json.loads(calibration.read_text(encoding="utf-8"))
     if document["emg_simulated"]:
+        if plant is None:
+            raise ConfigError(f"{calibration}: its EMG was simulated; name the plant behind it")
         groups = read_channels(channels).groups
         truth = read_plant(plant, groups)
         for name, entry in document["groups"].items():

@@ -276,7 +276,7 @@ def _comparison(
             functions=functions,
             tasks=tuple(tasks[i] for i in index),
             channels=records.channels,
-            degrees=noise.degrees,
+            degrees=noise.worth,
         )
 
     whole = made(

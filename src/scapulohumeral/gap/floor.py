@@ -35,10 +35,12 @@ class Noise:
     ----------
     covariance : (K B, K B), channel by channel
     degrees : degrees of freedom of the repeats behind it; 0 if there are none
+    worth : the same with the repeats that prior knowledge is worth
     """
 
     covariance: np.ndarray
     degrees: int
+    worth: float
 
     @property
     def source(self) -> str:
@@ -56,7 +58,7 @@ class Comparison:
     covariance : (D, D); noise : (D, D) the part of it that repeats determine
     functions : (N, B) phase functions
     tasks : (T,) names; channels : (K,) names
-    degrees : of the noise
+    degrees : that the noise is known with
     """
 
     delta: np.ndarray
@@ -65,7 +67,7 @@ class Comparison:
     functions: np.ndarray
     tasks: tuple[str, ...]
     channels: tuple[str, ...]
-    degrees: int
+    degrees: float
 
     @cached_property
     def _factor(self) -> np.ndarray:
@@ -177,7 +179,7 @@ def trial_noise(
     size = functions.shape[1]
     prior_variance = _variances(channels, vars(prior), functions)
     if not degrees:
-        return Noise(np.diag(prior_variance.ravel()), 0)
+        return Noise(np.diag(prior_variance.ravel()), 0, prior.repeats)
     sample = sum(r.T @ r for r in residuals) / degrees
     own = np.diag(sample).reshape(-1, size)
     weight = degrees / (degrees + prior.repeats)
@@ -194,7 +196,8 @@ def trial_noise(
         spectrum[kinds == kind] = weight * shares.mean(axis=0) + (1.0 - weight) * expected
     spectrum = np.maximum(spectrum, LEAST_VARIANCE / size)
     target = np.diag((total[:, None] * spectrum).ravel())
-    return Noise(0.5 * weight * sample + (1.0 - 0.5 * weight) * target, degrees)
+    covariance = 0.5 * weight * sample + (1.0 - 0.5 * weight) * target
+    return Noise(covariance, degrees, degrees + prior.repeats)
 
 
 def _shares(variance: np.ndarray) -> np.ndarray:
@@ -222,7 +225,7 @@ def draws(comparison: Comparison, count: int, seed: int) -> np.ndarray:
     noise, rest = (factor @ rng.normal(size=(len(factor), count)) for factor in factors)
     # The size of the noise is estimated itself; channels share their estimates, each with several
     # independent phases, which counts like as many more repeats.
-    degrees = max(comparison.degrees, 1) * INDEPENDENT_PHASES
+    degrees = comparison.degrees * INDEPENDENT_PHASES
     return rest + noise * np.sqrt(degrees / rng.chisquare(degrees, count))
 
 

@@ -9,6 +9,7 @@ rule diagnose_gap:
         participant="config/participants/{participant}/participant.yaml",
         recordings=elevations,
         tables=MODEL_TABLES,
+        bank="config/gap/null_bank.json",
         channels="config/emg/channels.csv",
         code=code_of("scapulohumeral.gap.cli", "scapulohumeral.gap.diagnosis"),
     output:

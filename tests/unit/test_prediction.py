@@ -22,7 +22,7 @@ from scapulohumeral.stages.prediction import (
     PredictionFiles,
     PredictionSettings,
     _Scene,
-    _steps,
+    _ways,
     limit_capacity,
 )
 
@@ -73,20 +73,21 @@ def test_impossible_conditions_are_refused(changes, named):
 
 @pytest.fixture
 def way(quaternion_equations, tmp_path):
-    """Function that gives the problems on the way to a condition from a neighbour."""
+    """Function that gives the ways to a condition, from a neighbour that was solved or not."""
     model = small_model(quaternion_equations)
     composite = compose([solution("par2", "frontal", "quaternion")], 0.04, 1.0)
 
-    def way(condition, neighbour=None):
+    def way(condition, neighbour=None, status="optimal"):
         path = None
         if neighbour is not None:
             path = tmp_path / "neighbour.npz"
             solved = solution("par2", "frontal", "quaternion")
-            header = {**solved.header, "condition": asdict(neighbour)}
+            header = {**solved.header, "condition": asdict(neighbour), "status": status}
             write_solution(replace(solved, header=header), path)
         unread = Path("unread")
         files = PredictionFiles(ModelFiles(*[unread] * 5), unread, None, (), path)
-        return _steps(_Scene(model, composite, small_muscles(), condition, SETTINGS), files)
+        scene = _Scene(model, composite, small_muscles(), condition, SETTINGS)
+        return list(_ways(scene, files))
 
     return way
 
@@ -101,12 +102,14 @@ def capacities(problems) -> list[float]:
 
 
 def test_tracking_leads_to_prediction_by_falling_guidance(way):
-    problems = way(HEALTHY)
+    (guided,) = way(HEALTHY)
+    problems = guided.steps
     assert [problem.objective.weights.guidance for problem in problems] == [1.0, 0.1, 0.0]
     assert capacities(problems) == [1.0, 1.0, 1.0]
-    direct = way(replace(HEALTHY, start="direct"))
-    assert [problem.objective.weights.guidance for problem in direct] == [0.0]
-    for problem in (*problems, *direct):
+    direct, fallback = way(replace(HEALTHY, start="direct"))
+    assert [problem.objective.weights.guidance for problem in direct.steps] == [0.0]
+    assert (guided.name, direct.name, fallback.name) == ("tracking", "direct", "tracking")
+    for problem in (*problems, *direct.steps):
         weights = problem.objective.weights
         assert weights.tracked == TRACKED
         assert weights.stability == HEALTHY.w_gh
@@ -114,8 +117,8 @@ def test_tracking_leads_to_prediction_by_falling_guidance(way):
 
 
 def test_girdle_stiffness_changes_two_joints(way):
-    (healthy,) = way(replace(HEALTHY, start="direct"))
-    (stiff,) = way(replace(HEALTHY, start="direct", girdle_stiffness_Nm_per_rad=5.0))
+    (healthy,) = way(replace(HEALTHY, start="direct"))[0].steps
+    (stiff,) = way(replace(HEALTHY, start="direct", girdle_stiffness_Nm_per_rad=5.0))[0].steps
     before, after = unpack(healthy.parameters), unpack(stiff.parameters)
     np.testing.assert_array_equal(after["joint_stiffness"][:2], [5.0, 5.0])
     assert (before["joint_stiffness"][:2] != 5.0).all()
@@ -125,17 +128,29 @@ def test_girdle_stiffness_changes_two_joints(way):
 
 
 def test_capacity_falls_in_steps_from_a_healthy_neighbour(way):
-    problems = way(WEAK, HEALTHY)
+    def first(condition):
+        return way(condition, HEALTHY)[0].steps
+
+    problems = first(WEAK)
     assert capacities(problems) == [0.5, 0.2, 0.0]
     assert {problem.objective.weights.guidance for problem in problems} == {0.0}
     assert {problem.objective.weights.stability for problem in problems} == {WEAK.w_gh}
-    assert capacities(way(replace(WEAK, capacity=0.3), HEALTHY)) == [0.5, 0.3]
-    assert capacities(way(replace(WEAK, capacity=0.5), HEALTHY)) == [0.5]
+    assert capacities(first(replace(WEAK, capacity=0.3))) == [0.5, 0.3]
+    assert capacities(first(replace(WEAK, capacity=0.5))) == [0.5]
 
 
 def test_capacity_goes_on_from_a_neighbour_that_is_limited_alike(way):
     partly = replace(WEAK, name="partly", capacity=0.4)
-    assert capacities(way(WEAK, partly)) == [0.2, 0.0]
-    assert capacities(way(replace(WEAK, w_gh=10.0), WEAK)) == [0.0]
+    assert capacities(way(WEAK, partly)[0].steps) == [0.2, 0.0]
+    assert capacities(way(replace(WEAK, w_gh=10.0), WEAK)[0].steps) == [0.0]
     other = replace(WEAK, name="other", muscles=("brachialis",))
-    assert capacities(way(WEAK, other)) == [0.5, 0.2, 0.0]
+    assert capacities(way(WEAK, other)[0].steps) == [0.5, 0.2, 0.0]
+
+
+def test_without_a_solved_neighbour_the_condition_is_reached_from_tracking(way):
+    first, last = way(WEAK, HEALTHY)
+    assert (first.name, last.name) == ("healthy", "tracking")
+    (only,) = way(WEAK, HEALTHY, status="failed")
+    assert only.name == "tracking"
+    assert [problem.objective.weights.guidance for problem in only.steps] == [1.0, 0.1, 0.0]
+    assert capacities(only.steps) == [0.0, 0.0, 0.0]

@@ -9,7 +9,7 @@ Letters: N nodes, M muscles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,8 @@ class Condition:
     muscles : muscles of the model (``group`` in its record) whose capacity is limited
     capacity : their share of the healthy active force, 0 to 1
     start : how the solution is reached: "tracking" (through the guidance steps), "direct"
-        (from tracking at once), or the name of the condition whose solution is changed step by step
+        (from tracking at once), or the name of the condition whose solution is changed step by
+        step; where that fails, through the guidance steps
     girdle_stiffness_Nm_per_rad : passive stiffness of sternoclavicular and acromioclavicular joint;
         None: that of the model
     """
@@ -189,37 +190,51 @@ def solve_prediction(
     composite = compose(motions, settings.solve.time_step_s, settings.pause_s)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
     scene = _Scene(model, composite, muscles, condition, settings)
-    steps = list(_steps(scene, files))
-    start: Start | Trajectory = _start(files, composite)
     seconds, iterations, progress = 0.0, 0, ""
-    for posed in steps:
-        result = solve_posed(posed, start, settings.solve, solver_log)
-        seconds, iterations = seconds + result.seconds, iterations + result.iterations
-        start = result.point
-        progress += solver_log.read_text(encoding="utf-8")
+    for way in _ways(scene, files):
+        start = way.start
+        for posed in way.steps:
+            result = solve_posed(posed, start, settings.solve, solver_log)
+            seconds, iterations = seconds + result.seconds, iterations + result.iterations
+            progress += solver_log.read_text(encoding="utf-8")
+            start = result.point
+            if not result.optimal:
+                break
+        if result.optimal:
+            break
     solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
-    _write(scene, files, posed, result, solution)
+    _write(scene, files, posed, result, solution, way.name)
 
 
-def _steps(scene: _Scene, files: PredictionFiles) -> list[PosedProblem]:
-    """Problems on the way to the condition, its own last."""
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A start and the problems solved from it one after the other, that of the condition last."""
+
+    name: str
+    start: Start | Trajectory
+    steps: tuple[PosedProblem, ...]
+
+
+def _ways(scene: _Scene, files: PredictionFiles) -> Iterator[_Way]:
+    """Ways to the condition, in the order in which they are tried: the guided one comes last."""
     condition, settings = scene.condition, scene.settings
-    if files.neighbour is not None:
-        before = read_solution(files.neighbour).header["condition"]
+    neighbour = (
+        None if files.neighbour is None else read_solution(files.neighbour, allow_failed=True)
+    )
+    if neighbour is not None and neighbour.header["status"] == "optimal":
+        before = neighbour.header["condition"]
         limited = set(before["muscles"]) != set(condition.muscles) or not before["muscles"]
         highest = 1.0 if limited else before["capacity"]
         between = [c for c in settings.capacity_steps if condition.capacity < c < highest]
         capacities = [*sorted(between, reverse=True), condition.capacity]
-        return [scene.posed(capacity) for capacity in capacities]
-    way = () if condition.start == "direct" else settings.guidance
-    return [scene.posed(condition.capacity, share) for share in (*way, 0.0)]
-
-
-def _start(files: PredictionFiles, composite: Composite) -> Start | Trajectory:
-    if files.neighbour is None:
-        return composite.trajectory
-    return read_solution(files.neighbour).start
+        steps = tuple(scene.posed(capacity) for capacity in capacities)
+        yield _Way(before["name"], neighbour.start, steps)
+    tracked = scene.composite.trajectory
+    if condition.start == "direct":
+        yield _Way("direct", tracked, (scene.posed(condition.capacity),))
+    guided = (scene.posed(condition.capacity, share) for share in (*settings.guidance, 0.0))
+    yield _Way("tracking", tracked, tuple(guided))
 
 
 def _write(
@@ -228,6 +243,7 @@ def _write(
     posed: PosedProblem,
     result: Result,
     solution: tuple[Path, Path],
+    way: str,
 ) -> None:
     others = [files.channels, *files.tracked]
     others += [path for path in (files.calibration, files.neighbour) if path is not None]
@@ -238,6 +254,7 @@ def _write(
         participant=files.model.participant.parent.name,
         trial="composite",
         condition=asdict(scene.condition),
+        reached_from=way,
         planes=scene.composite.nodes,
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
     )

@@ -96,8 +96,10 @@ def redrawn(plan: Plan, attempt: int) -> Plan:
 
 def _kinds(rng: np.random.Generator, count: int) -> list[str]:
     shares = np.array(list(SHARES.values())) * np.exp(rng.normal(0, 0.1, len(SHARES)))
-    numbers = np.maximum(np.round(count * shares / shares.sum()).astype(int), 1)
     names = list(SHARES)
+    if count < len(names):  # not one of each
+        return [str(kind) for kind in rng.choice(names, count, False, shares / shares.sum())]
+    numbers = np.maximum(np.round(count * shares / shares.sum()).astype(int), 1)
     numbers[names.index("single")] += count - numbers.sum()
     kinds = np.repeat(names, numbers)
     return [str(kind) for kind in rng.permutation(kinds)]

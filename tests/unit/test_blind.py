@@ -9,6 +9,7 @@ import pytest
 
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap import cli
 from scapulohumeral.gap.blind import BlindFiles, answer, score, seal
 
 pytestmark = pytest.mark.unit
@@ -124,6 +125,13 @@ def test_changed_case_is_refused(files: BlindFiles) -> None:
 def test_keys_are_sealed_once(answered: BlindFiles) -> None:
     with pytest.raises(DataError, match="sealed once"):
         seal(answered.cases, keys(answered), answered.published)
+
+
+def test_the_command_refuses_in_one_line(answered: BlindFiles, capsys) -> None:
+    folders = ("--cases", answered.cases, "--keys", keys(answered))
+    arguments = (*folders, "--published", answered.published)
+    assert cli.main(["gap", "blind", "seal", *map(str, arguments)]) == 2
+    assert capsys.readouterr().err.startswith(f"Refused: {answered.published}: there already")
 
 
 def test_answers_of_other_code_are_refused(answered: BlindFiles) -> None:

@@ -211,6 +211,13 @@ def test_a_case_drawn_again_keeps_its_families() -> None:
     assert other.seed != plan.seed
 
 
+@pytest.mark.parametrize("count", range(1, 8))
+def test_few_cases_can_be_drawn(count: int) -> None:
+    kinds = [plan.kind for plan in draw_plans(3, count, ("par1", "par2"))]
+    assert len(kinds) == count
+    assert len(set(kinds)) == min(count, 5)
+
+
 def test_open_cases_of_one_kind() -> None:
     assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}
 

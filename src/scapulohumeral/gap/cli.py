@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.bank_cli import add_bank_commands
 from scapulohumeral.gap.blind_cli import add_blind_commands
 from scapulohumeral.provenance import SOURCE_ROOT
@@ -43,7 +44,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
-    return options.run(options, shlex.join(["scapulohumeral", *arguments]))
+    try:
+        return options.run(options, shlex.join(["scapulohumeral", *arguments]))
+    except (ConfigError, DataError) as error:
+        from scapulohumeral.gap.run import REFUSED
+
+        print(f"Refused: {error}", file=sys.stderr)
+        return REFUSED
 
 
 def _parser() -> argparse.ArgumentParser:

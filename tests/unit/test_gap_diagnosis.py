@@ -10,6 +10,7 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import decide, evidence
+from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import diagnose
 from scapulohumeral.gap.library import EMG_FAMILIES
@@ -112,6 +113,43 @@ def diagnosed(**how):
     done = diagnose(case(**how), None, SETTINGS)
     to_json(replace(done, hashes=HASHES))
     return done
+
+
+def smallest_gain(answer):
+    """The smallest EMG gain that would be found, in units of its logarithm."""
+    found = {one.label: one.value for one in answer.gap.smallest_detectable}
+    return abs(np.log(found.get("measurement/emg_gain/EMG_a", np.inf)))
+
+
+def test_an_own_maximum_says_less_about_emg():
+    """If gains may differ between recordings, only larger ones are found."""
+    known = case(effect=RIGHT)
+    unit = replace(known.participant, emg_unit="fraction_of_max")
+    strict, lenient = (
+        diagnose(one, None, SETTINGS) for one in (known, replace(known, participant=unit))
+    )
+    assert smallest_gain(lenient) > 2.0 * smallest_gain(strict)
+    assert any("own maximum" in text for text in lenient.warnings)
+    assert not any("own maximum" in text for text in strict.warnings)
+
+
+def test_variants_start_from_the_movements_solved_last(monkeypatch):
+    """A cause that only fits after solving again is no less stable for that."""
+    cause = "body/joint_damping/EL"
+    shape = AMOUNT * smooth_change(f"{RIGHT}f0_factor", 12)
+
+    def solved_again(first, comparison, *rest):
+        value = np.zeros_like(first.hypothesis.value)
+        if first.label == cause:
+            value = comparison.compress([shape] * len(comparison.tasks))
+        slope = np.tile(1e-3 * value[:, None], first.hypothesis.slope.shape[1])
+        hypothesis = replace(first.hypothesis, value=value, slope=slope)
+        return fit(hypothesis, comparison, SETTINGS.signature_error)
+
+    monkeypatch.setattr(evidence, "_refit_or_keep", solved_again)
+    answer = diagnose(case(effect=RIGHT), None, replace(SETTINGS, short_list=1000))
+    assert answer.candidates[0].label == cause
+    assert answer.robustness.agree == answer.robustness.cells
 
 
 def failing(*tasks):

@@ -22,6 +22,7 @@ from scapulohumeral.gap.attribute import (
     Fit,
     black_box_evidence,
     black_box_left,
+    fit,
     no_gap_evidence,
     strongest,
     task_agreement,
@@ -65,6 +66,7 @@ __all__ = ["diagnose", "read_settings"]
 
 log = logging.getLogger(__name__)
 
+MVC = "fraction_of_mvc"
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
 
@@ -89,6 +91,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     bank, reason = null_bank.read_bank(_bank_path(settings), settings)
     inflation, remark = null_bank.inflation(bank, mode, bool(case.channels), settings.alpha)
     warnings += [*filter(None, [reason]), remark]
+    settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
     slopes = [f.hypothesis.slope for f in screen(evidence, settings.signature_error)]
@@ -99,6 +102,14 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     )
     answer = _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
     return replace(answer, hashes={"null_bank": None if bank is None else bank.hash})
+
+
+def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:
+    """Settings that know less about EMG gains if each recording has a maximum of its own."""
+    if not case.channels or case.participant.emg_unit == MVC:
+        return settings
+    warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
+    return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))
 
 
 def _bank_path(settings: GapSettings) -> Path:
@@ -124,7 +135,7 @@ def _answer(
     best = max(fits, key=lambda f: p.labels[f.label])
     white = c.whiten(c.delta)
     ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
-    robust, variants = _robustness(evidence, settings, best, present)
+    robust, variants = _robustness(evidence, settings, fits, best, present)
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     splitting = {e.label: e.splitting for e in evidence.effects}
     shows_, enters, rows = _regions(case, records, evidence, found, settings, present)
@@ -229,34 +240,27 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
 
 
 def _robustness(
-    evidence: Evidence, settings: GapSettings, best: Fit, present: bool
+    evidence: Evidence, settings: GapSettings, fits: Sequence[Fit], best: Fit, present: bool
 ) -> tuple[Robustness | None, list[tuple[str, str, bool]]]:
-    """Whether the winning family stays, with other errors and without single tasks or kinds.
+    """Whether the winning family stays, with other errors and without single tasks.
 
-    Screening is repeated with derivatives at the nominal solution, which costs no solve.
+    Every effect is fitted anew where it was linearised last, which costs no solve.
     """
     if not present:
         return None, []
-    c = evidence.comparison
-    family = [(e.side, e.family) for e in best.hypothesis.effects]
-    cells: dict[str, tuple[Evidence, float]] = {
-        f"signature error x {factor}": (evidence, factor * settings.signature_error)
-        for factor in (0.5, 1.0, 2.0)
-    }
+    c, error = evidence.comparison, settings.signature_error
+    cells = {f"signature error x {factor}": (c, factor * error) for factor in (0.5, 1.0, 2.0)}
     for factor in (0.5, 2.0):
-        scaled = replace(c, covariance=factor * c.covariance)
-        cells[f"noise x {factor}"] = (
-            replace(evidence, comparison=scaled),
-            settings.signature_error,
-        )
+        cells[f"noise x {factor}"] = (replace(c, covariance=factor * c.covariance), error)
     for task in c.tasks if len(c.tasks) > 1 else ():
-        rest = [other for other in c.tasks if other != task]
-        kept = tuple(r for r in evidence.responses if r.task != task)
-        part = replace(evidence, comparison=c.part(rest), responses=kept)
-        cells[f"without {task}"] = (part, settings.signature_error)
+        cells[f"without {task}"] = (c.part([other for other in c.tasks if other != task]), error)
+    single = [f.hypothesis for f in fits if len(f.hypothesis.effects) == 1]
+    family = [(e.side, e.family) for e in best.hypothesis.effects]
     rows = []
-    for name, (variant, error) in cells.items():
-        winner = strongest(screen(variant, error), evidence.prior, 1)[0].hypothesis.effects[0]
+    for name, (variant, relative) in cells.items():
+        kept = c.rows(variant.tasks)
+        again = [fit(hypothesis.part(kept), variant, relative) for hypothesis in single]
+        winner = strongest(again, evidence.prior, 1)[0].hypothesis.effects[0]
         rows.append((name, winner.label, (winner.side, winner.family) in family))
     return Robustness(len(rows), sum(agrees for _, _, agrees in rows)), rows
 

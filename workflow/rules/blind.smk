@@ -85,11 +85,15 @@ rule answer_blind_cases:
         cases=rules.draw_blind_cases.output.cases,
         published=rules.draw_blind_cases.output.published,
     output:
-        answers=directory("results/gap/{benchmark}/answers"),
+        # Answers are no output: they would be removed when a run of hours is interrupted, and it
+        # could not go on.
+        answered=touch("results/gap/{benchmark}/answered"),
     log:
         python="results/logs/answer_blind_cases/{benchmark}.python.log",
     benchmark:
         "results/benchmarks/answer_blind_cases/{benchmark}.jsonl"
+    params:
+        answers="results/gap/{benchmark}/answers",
     threads: 2
     resources:
         mem_mb=8000,
@@ -98,7 +102,7 @@ rule answer_blind_cases:
         "Blind cases ({wildcards.benchmark}): diagnose every case"
     shell:
         "python -m scapulohumeral.gap.cli gap blind answer --cases {input.cases}"
-        " --published {input.published} --answers {output.answers} --jobs {threads}"
+        " --published {input.published} --answers {params.answers} --jobs {threads}"
         " > {log.python} 2>&1"
 
 
@@ -106,7 +110,7 @@ rule score_blind_answers:
     input:
         cases=rules.draw_blind_cases.output.cases,
         published=rules.draw_blind_cases.output.published,
-        answers=rules.answer_blind_cases.output.answers,
+        answered=rules.answer_blind_cases.output.answered,
     output:
         scores="results/gap/{benchmark}/scores.json",
     log:
@@ -114,11 +118,13 @@ rule score_blind_answers:
     benchmark:
         "results/benchmarks/score_blind_answers/{benchmark}.jsonl"
     params:
+        answers="results/gap/{benchmark}/answers",
         vault=os.path.expanduser(config["blind"]["keys"]),
     threads: 1
     message:
         "Blind cases ({wildcards.benchmark}): open the keys and score"
     shell:
-        "keys=$(ls -d {params.vault}/{wildcards.benchmark}-* | tail -n 1) && python -m scapulohumeral.gap.cli gap blind score --cases {input.cases}"
-        " --published {input.published} --answers {input.answers} --keys $keys"
+        "keys=$(ls -d {params.vault}/{wildcards.benchmark}-* | tail -n 1)"
+        " && python -m scapulohumeral.gap.cli gap blind score --cases {input.cases}"
+        " --published {input.published} --answers {params.answers} --keys $keys"
         " --out {output.scores} > {log.python} 2>&1"

@@ -45,7 +45,9 @@ rule calibrate:
 rule score_calibration:
     input:
         scalers="results/calibration/{participant}_scalers.json",
-        plant=plant_behind_emg,
+        plant=branch(
+            calibrated_to_simulated_emg, then="config/plant/{participant}.yaml", otherwise=[]
+        ),
         channels="config/emg/channels.csv",
         code=code_of("scapulohumeral.stages.calibration_score"),
     output:

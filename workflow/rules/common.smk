@@ -108,12 +108,10 @@ def raw_emg(wildcards):
     return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
 
 
-def plant_behind_emg(wildcards):
-    """The plant whose EMG a calibration was given; none where all of it was measured."""
+def calibrated_to_simulated_emg(wildcards):
+    """Whether the EMG of any elevation of a participant was simulated."""
     measured = measured_emg(wildcards.participant)["trials"]
-    if all(plane in measured for plane in config["planes"]):
-        return []
-    return f"config/plant/{wildcards.participant}.yaml"
+    return any(plane not in measured for plane in config["planes"])
 
 
 def check_conditions():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -240,14 +241,17 @@ def _change(
             changes |= {f"{participant} {k}": cuff[k] - healthy[k] for k in healthy if k in cuff}
     unit = " deg" if falls else ""
     sense = -1.0 if falls else 1.0
-    # A rhythm that is not a number does not hold either.
     worse = tuple(
-        f"{k} {change:+.2f}{unit}" for k, change in changes.items() if not sense * change > 0.0
+        f"{k} {change:+.2f}{unit}" if math.isfinite(change) else f"{k}: no ratio, see its note"
+        for k, change in changes.items()
+        if not sense * change > 0.0
     )
     if not changes:
         return Verdict(name, "nothing to compare: a solve is missing", target, holds=False)
     agreeing = f"{len(changes) - len(worse)} of {len(changes)}"
-    values = list(changes.values())
+    values = [change for change in changes.values() if math.isfinite(change)]
+    if not values:
+        return Verdict(name, "no ratio in any plane", target, holds=False, worse=worse)
     value = f"{agreeing}; changes {min(values):+.2f} to {max(values):+.2f}{unit}"
     return Verdict(name, value, target, not worse, worse)
 

@@ -345,7 +345,7 @@ def fit_geometry(
         terms.append((members, columns, selection.coefficients, directions))
         condition[members], left_out[members] = selection.condition, np.count_nonzero(~keep)
         squared[members] = group.squared
-    geometry = _assemble(record, (straight, squared), np.array(list(index)), terms)
+    geometry = _assemble(record, squared, np.array(list(index)), terms)
     return MuscleFit(geometry, condition, left_out)
 
 
@@ -374,14 +374,14 @@ def _make_group(samples: FitSamples, joints: tuple[str, ...], members: Array) ->
     )
 
 
-def _assemble(record, forms, exponents: Array, terms) -> MuscleGeometry:
-    (straight, squared), muscles, size = forms, record["muscles"], len(exponents)
+def _assemble(record, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
+    muscles, size = record["muscles"], len(exponents)
     length = np.zeros((len(muscles), size + ROTATION_FEATURES))
     translation = np.zeros((3, *length.shape))
     for members, columns, coefficients, directions in terms:
         length[np.ix_(members, columns)] = coefficients.T
         translation[np.ix_(range(3), members, columns)] = directions.transpose(2, 1, 0)
-    for m in np.flatnonzero(straight):
+    for m in (m for m, muscle in enumerate(muscles) if is_straight(muscle)):
         square, arms = straight_coefficients(record, muscles[m])
         length[m, 0], length[m, size:] = square[0], square[1:]
         translation[:, m, 0], translation[:, m, size:] = arms[:, 0], arms[:, 1:]

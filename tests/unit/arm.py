@@ -60,6 +60,12 @@ def parameters(**changes) -> dict:
         "contact_eps": 0.01,
         "joint_stiffness": [1.0, 2.0, 3.0, 0.5],
         "joint_damping": [0.5, 0.6, 0.7, 0.8],
+        "stop_stiffness": 40.0,
+        "stop_eps": 0.05,
+        "range_least_SC": [-0.6, 0.1, 0.2],
+        "range_largest_SC": [-0.4, 0.3, 0.4],
+        "range_least_AC": [0.7, 0.0, 0.0],
+        "range_largest_AC": [0.9, 0.2, 0.2],
         "rest_SC": Rotation.from_euler("YZX", [-0.4, 0.1, 0.3]).as_matrix(),
         "rest_AC": Rotation.from_euler("YZX", [0.8, 0.1, 0.1]).as_matrix(),
         "rest_GH": Rotation.from_euler("YZY", [0.2, 0.5, -0.1]).as_matrix(),
@@ -68,12 +74,13 @@ def parameters(**changes) -> dict:
     }
 
 
-# No springs, dampers, ligament or contact: rigid bodies under gravity.
+# No springs, stops, dampers, ligament or contact: rigid bodies under gravity.
 RIGID = {
     "conoid_stiffness": 0.0,
     "contact_stiffness": 0.0,
     "joint_stiffness": [0.0] * 4,
     "joint_damping": [0.0] * 4,
+    "stop_stiffness": 0.0,
 }
 
 
@@ -158,6 +165,17 @@ def spring_energy(state: Arm) -> float:
     return energy + 0.5 * p["joint_stiffness"][3] * (elbow - p["rest_EL"]) ** 2
 
 
+def stop_energy(state: Arm) -> float:
+    """Integral of k e^2 over the smooth excess e of the angles of SC and AC [J]."""
+    p, k, e = state.p, state.p["stop_stiffness"], state.p["stop_eps"]
+    energy = 0.0
+    for joint, matrix in zip(("SC", "AC"), state.joint_rotations, strict=False):
+        angles = Rotation.from_matrix(matrix).as_euler("YZX")
+        for x in (p[f"range_least_{joint}"] - angles, angles - p[f"range_largest_{joint}"]):
+            energy += k * np.sum(x**3 / 6 + e**2 * x / 4 + (x**2 + e**2) ** 1.5 / 6)
+    return energy
+
+
 def conoid_energy(state: Arm) -> float:
     """Integral of the tension k (s + sqrt(s^2 + e^2)) / 2 over the stretch s [J]."""
     p = state.p
@@ -181,5 +199,7 @@ def contact_energy(state: Arm) -> float:
 
 def energy(state: Arm) -> float:
     """Total mechanical energy [J]."""
-    parts = (kinetic_energy, gravity_energy, spring_energy, conoid_energy, contact_energy)
+    parts = (
+        kinetic_energy, gravity_energy, spring_energy, stop_energy, conoid_energy, contact_energy
+    )  # fmt: skip
     return sum(part(state) for part in parts)

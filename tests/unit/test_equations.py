@@ -14,6 +14,7 @@ from arm import (
     kinetic_energy,
     parameters,
     spring_energy,
+    stop_energy,
 )
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -104,6 +105,7 @@ def energy_slope(angles, potential, p):
     [
         (gravity_energy, ()),
         (spring_energy, ("joint_stiffness",)),
+        (stop_energy, ("stop_stiffness",)),
         (conoid_energy, ("conoid_stiffness",)),
         (contact_energy, ("contact_stiffness",)),
     ],

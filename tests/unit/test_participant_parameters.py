@@ -42,6 +42,7 @@ def make_record(pronation=0.0, hu=STRAIGHT):
         "axes": {"EL_x": [2.0, 0.0, 0.0], "PS_y": [0.0, 1.0, 0.0]},
         "pronation_rad": pronation,
         "coordinates": {name: {"min_rad": -0.2, "max_rad": 0.6} for name in names},
+        "girdle_range_rad": {name: [k, k + 0.5] for k, name in enumerate(names[:6])},
         "markers": {
             "upper": {"location_m": [-0.1, 0.0, 0.0]},
             "lower": {"location_m": [-0.1, -0.1, 0.0]},
@@ -59,7 +60,12 @@ def make_record(pronation=0.0, hu=STRAIGHT):
                 "stiffness_N_per_m": 2e4,
                 "eps": 0.01,
             },
-            "passive_joint": {"k1_Nm_per_rad": 1.5, "b_Nms_per_rad": 0.7},
+            "passive_joint": {
+                "k1_Nm_per_rad": 1.5,
+                "k2_Nm_per_rad2": 400.0,
+                "eps_rad": 0.01,
+                "b_Nms_per_rad": 0.7,
+            },
             "hill": HILL_RECORD,
         },
         "muscles": [
@@ -143,6 +149,10 @@ def test_parameters_are_found_under_their_names():
     np.testing.assert_array_equal(values["thorax_radii"], THORAX["radii_m"])
     np.testing.assert_array_equal(values["contact_AI"], [-0.1, -0.1, 0.0])
     np.testing.assert_array_equal(values["joint_damping"], [0.7] * 4)
+    assert values["stop_stiffness"] == 400.0
+    assert values["stop_eps"] == 0.01
+    np.testing.assert_array_equal(values["range_least_SC"], [0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(values["range_largest_AC"], [3.5, 4.5, 5.5])
 
 
 def test_value_that_is_not_finite_is_refused():

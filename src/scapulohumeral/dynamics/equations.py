@@ -18,7 +18,8 @@ import sympy as sm
 import sympy.physics.mechanics as me
 
 from scapulohumeral.dynamics.formulation import Formulation
-from scapulohumeral.dynamics.parameters import BALL_JOINTS, SEGMENTS, SPECS
+from scapulohumeral.dynamics.joint_stops import stop_torques
+from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, SEGMENTS, SPECS
 
 JOINTS = (*BALL_JOINTS, "EL")
 REACTIONS = sm.symbols("R_x R_y R_z")
@@ -191,7 +192,8 @@ def _joint_torques(p, elbow_angle: sm.Expr) -> list[sm.Expr]:
     """Passive spring and damper torques on the ten relative speeds, child axes.
 
     The spring torque is -k vee(R_rest^T R - R^T R_rest) / 2, that is k sin(angle) about the
-    rotation axis: the same in both formulations and smooth for every rotation.
+    rotation axis: the same in both formulations and smooth for every rotation. SC and AC have
+    stops at the ends of their ranges besides.
     """
     torques: list[sm.Expr] = []
     for i, joint in enumerate(BALL_JOINTS):
@@ -203,8 +205,17 @@ def _joint_torques(p, elbow_angle: sm.Expr) -> list[sm.Expr]:
             )
             / 2
         )
+        stops = (0, 0, 0)
+        if joint in GIRDLE_JOINTS:
+            stops = stop_torques(
+                rotation_symbols(joint),
+                (p[f"range_least_{joint}"], p[f"range_largest_{joint}"]),
+                p["stop_stiffness"][0],
+                p["stop_eps"][0],
+            )
         for axis, omega in enumerate(omega_symbols(joint)):
-            torques.append(-p["joint_stiffness"][i] * vee[axis] - p["joint_damping"][i] * omega)
+            spring = -p["joint_stiffness"][i] * vee[axis]
+            torques.append(spring - p["joint_damping"][i] * omega + stops[axis])
     torques.append(
         -p["joint_stiffness"][3] * (elbow_angle - p["rest_EL"][0])
         - p["joint_damping"][3] * omega_symbols("EL")[0]

@@ -18,6 +18,7 @@ from scapulohumeral.errors import ModelError
 
 SEGMENTS = ("clavicle", "scapula", "humerus", "forearm")
 BALL_JOINTS = ("SC", "AC", "GH")
+GIRDLE_JOINTS = ("SC", "AC")
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,13 @@ SPECS: tuple[ParameterSpec, ...] = (
     ParameterSpec("contact_eps", 1, "1", "smoothing of the ellipsoid level-set value"),
     ParameterSpec("joint_stiffness", 4, "N m/rad", "passive stiffness of SC, AC, GH, EL"),
     ParameterSpec("joint_damping", 4, "N m s/rad", "viscous damping of SC, AC, GH, EL"),
+    ParameterSpec("stop_stiffness", 1, "N m/rad^2", "stiffness of SC and AC beyond their range"),
+    ParameterSpec("stop_eps", 1, "rad", "smoothing of the angle beyond the range"),
+    *(
+        ParameterSpec(f"range_{end}_{joint}", 3, "rad", f"{end} Y-Z-X angles of {joint}")
+        for joint in GIRDLE_JOINTS
+        for end in ("least", "largest")
+    ),
     *(
         ParameterSpec(f"rest_{joint}", 9, "1", f"rotation matrix of {joint} at rest, row-major")
         for joint in BALL_JOINTS

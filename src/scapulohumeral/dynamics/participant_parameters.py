@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
-from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack
+from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, pack
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     euler_to_quaternion,
@@ -68,6 +68,15 @@ def dynamics_parameters(
         "contact_eps": contact["eps"],
         "joint_stiffness": [passive["k1_Nm_per_rad"]] * 4,
         "joint_damping": [passive["b_Nms_per_rad"]] * 4,
+        "stop_stiffness": passive["k2_Nm_per_rad2"],
+        "stop_eps": passive["eps_rad"],
+        **{
+            f"range_{end}_{joint}": [
+                record["girdle_range_rad"][name][place] for name in REST_COORDINATES[joint]
+            ]
+            for joint in GIRDLE_JOINTS
+            for place, end in enumerate(("least", "largest"))
+        },
         **rest_pose(record),
     }
     for name in ("clavicle", "scapula", "humerus"):

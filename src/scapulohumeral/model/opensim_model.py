@@ -17,10 +17,11 @@ import opensim
 from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.girdle_range import girdle_range
 from scapulohumeral.model.opensim_sampling import muscle_lengths
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
-from scapulohumeral.model.pose_region import recorded_poses
+from scapulohumeral.model.pose_region import recorded_angles, recorded_poses
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import (
     GROUND,
@@ -322,11 +323,13 @@ def _clear_radii(
 def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:
     """Lengthen optimal fibres that the recorded motions would stretch beyond a limit.
 
-    Limit and reason are in constants.yaml, `fibre_adjustment`.
+    Limit and reason are in constants.yaml, `fibre_adjustment`; daily tasks do not count.
     """
     rule = tables.constants["fibre_adjustment"]
     names = list(tables.muscles)
-    angles = np.concatenate([trial.motion.angles_rad for trial in participant.trials.values()])
+    angles = np.concatenate(
+        [trial.motion.angles_rad for trial in participant.trials.values() if not trial.daily_task]
+    )
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)
@@ -372,6 +375,7 @@ def model_record(
             name: {"min_rad": c.min_rad, "max_rad": c.max_rad, "default_rad": c.default_rad}
             for name, c in tables.coordinates.items()
         },
+        "girdle_range_rad": girdle_range(tables.coordinates, recorded_angles(participant)),
         "pronation_rad": float(np.deg2rad(constants["forearm"]["pronation_deg"])),
         "markers": {name: _marker_record(model, name) for name in tables.markers},
         "conoid": _conoid_record(model, constants["conoid_ligament"]),

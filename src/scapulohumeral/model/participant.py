@@ -49,7 +49,8 @@ class MeasuredEmg:
 class Trial:
     """One recorded motion of a participant, and what it held in its hand.
 
-    A raw recording is smoothed on reading, if participant.yaml gives a cut-off for it.
+    A raw recording is smoothed on reading, if participant.yaml gives a cut-off for it. A
+    `daily_task` validates the model: no muscle is adapted to it.
     `published_file` is the published simulation of the same trial, or None; `emg` the EMG measured
     in it, or None.
     """
@@ -60,6 +61,7 @@ class Trial:
     hand_load_kg: float
     published_file: Path | None
     emg: MeasuredEmg | None
+    daily_task: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,4 +197,5 @@ def _trial(folder: Path, name: str, entry: Mapping[str, Any], emg: MeasuredEmg |
         hand_load_kg=float(entry["hand_load_kg"]),
         published_file=folder / published if published else None,
         emg=emg,
+        daily_task=entry.get("daily_task", False),
     )

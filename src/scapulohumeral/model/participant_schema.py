@@ -49,6 +49,10 @@ _TRIAL = _object(
             "description": "mass held in the hand [kg]",
         },
         "published": {**_FILE, "type": ["string", "null"]},
+        "daily_task": {
+            "type": "boolean",
+            "description": "true if the trial validates the model: no muscle is adapted to it",
+        },
         "smooth_cutoff_hz": {
             "type": "number",
             "exclusiveMinimum": 0,
@@ -56,6 +60,7 @@ _TRIAL = _object(
             "description": "cut-off of the low-pass filter for a raw recording [Hz]",
         },
     },
+    "daily_task",
     "smooth_cutoff_hz",
 )
 

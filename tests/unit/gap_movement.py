@@ -40,6 +40,7 @@ SETTINGS = GapSettings(
     prior_no_gap=0.2,
     prior_none=0.1,
     null_bank="gap/no_bank.json",
+    geometry={},
     session=SessionSpread(0.05, 0.005, 0.5, 2.0, 0.3, 5.0),
     noise=NoisePrior(1.0, 0.01, 20.0, 3.0),
     model=ModelSpread(4.0, 0.08, 150.0, 0.5),

@@ -1,15 +1,19 @@
 """The report, rendered from a small synthetic study with one failed solve."""
 
+import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import synthetic_study
+from gap_files import finished_diagnosis
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.report import kinematics, targets
+from scapulohumeral.gap.result import to_json
+from scapulohumeral.report import gap_tables, kinematics, targets
 from scapulohumeral.report.assumptions import find_assumptions
 from scapulohumeral.report.gimbal import gimbal_lock, spike_sentence, spikes
 from scapulohumeral.report.render import clavicle_point, render_report
@@ -18,6 +22,8 @@ from scapulohumeral.report.tables import mass_judgement, masses, published_compa
 from scapulohumeral.stages.segment_angles import thorax_angles
 
 pytestmark = pytest.mark.unit
+
+HASHES = dict.fromkeys(("code", "config", "model", "inputs"), "0" * 64) | {"null_bank": None}
 
 
 @pytest.fixture(scope="module")
@@ -196,3 +202,45 @@ def test_branch_is_the_one_of_the_reference() -> None:
         np.array([[10.0], [-170.0]]), times, np.array([[5.0], [200.0]]), times
     )
     np.testing.assert_allclose(near, [[10.0], [190.0]])
+
+
+def test_diagnosis_becomes_a_chapter_with_its_doubts(files: ReportFiles, tmp_path: Path) -> None:
+    """From the answer that the command writes, not from its Python objects."""
+    path = tmp_path / "result.json"
+    doubt = "no reference trials: errors of the model itself lower all confidence"
+    path.write_text(to_json(finished_diagnosis(warnings=(doubt,), hashes=HASHES)), encoding="utf-8")
+    html = render_report(replace(files, diagnoses=[path]))
+    chapter = html.split('<h2 id="gap">')[1].split("<h2")[0]
+    assert "yes: 7.2 (4.1)" in chapter
+    assert "body/strength_loss/infra (probability 71 %): f0_factor 0.55 [0.45, 0.66]" in chapter
+    assert "GH_rz at 35 to 88 %" in chapter
+    assert "in sample: 86 %; on a new movement: none to remove" in chapter
+    assert doubt in chapter
+    assert "No blind cases have been scored" in chapter
+
+
+def test_abstention_names_no_cause() -> None:
+    document = json.loads(
+        to_json(
+            finished_diagnosis(status="abstained", status_reason="no variant agrees", hashes=HASHES)
+        )
+    )
+    table = gap_tables.verdict_table([document])
+    assert table.flagged == {0}
+    assert "not decided: no variant agrees" in table.rows[0]
+    assert not any("strength_loss" in cell for cell in table.rows[0])
+
+
+def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_case() -> None:
+    rate = {"value": 0.75, "hits": 3, "n": 4, "wilson95": [0.30, 0.95]}
+    none = {"value": None, "hits": 0, "n": 0, "wilson95": None}
+    modes = {"all": {"cases": {"null": 1, "single": 3}, "family_top1": rate, "detection": none}}
+    rows = {row[0]: row for row in gap_tables.score_tables({"plants": {"P1": modes}})["P1"].rows}
+    assert rows["cases"][1] == "4"
+    assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
+    assert rows["gap found where an effect shows"][1] == "no case"
+    assert rows["time of a diagnosis, median [s]"][1] == "no case"
+
+
+def test_study_without_diagnosis_says_so(html: str) -> None:
+    assert "This study diagnoses no gap." in html

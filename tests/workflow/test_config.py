@@ -56,7 +56,15 @@ def test_every_key_has_a_comment(repository: Path, name: str) -> None:
 def test_quick_study_differs_in_selection_only(repository: Path) -> None:
     """So it shares all results with the full study and never makes them stale."""
     quick = yaml.safe_load((repository / "config/quick.yaml").read_text("utf-8"))
-    selections = {"report", "participants", "planes", "formulations", "prediction", "validation"}
+    selections = {
+        "report",
+        "participants",
+        "planes",
+        "formulations",
+        "prediction",
+        "validation",
+        "diagnose",
+    }
     assert quick.keys() <= selections
     assert quick["prediction"].keys() <= {"predict", "predict_also"}
     assert quick["validation"].keys() <= {"tasks"}

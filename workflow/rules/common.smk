@@ -242,6 +242,12 @@ def emg_results(pattern):
     ]
 
 
+def blind_scores():
+    """The committed score card of blind cases; none where no gap is diagnosed, or none was scored."""
+    card = Path("reports/blind_scores.json")
+    return [str(card)] if config["diagnose"] and card.exists() else []
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

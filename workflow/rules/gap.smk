@@ -1,7 +1,7 @@
 # The gap between recorded and simulated motion: where it lies, which effect explains it.
 #
 # Recordings have no reference trials of the same person here, so the answers are given with lower
-# confidence. Not part of the study: `make gap`.
+# confidence. `make gap` makes them alone.
 
 
 rule diagnose_gap:
@@ -35,7 +35,10 @@ rule diagnose_gap:
 
 rule gap:
     input:
-        results=expand("results/gap/{participant}/result.json", participant=config["participants"]),
+        results=expand(
+            "results/gap/{participant}/result.json",
+            participant=lookup(within=config, dpath="diagnose"),
+        ),
     localrule: True
     message:
         "Diagnoses: {input.results}"

@@ -61,6 +61,12 @@ rule render_report:
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=config["participants"],
         ),
+        # The study's own gap, and the committed score card of blind cases.
+        diagnoses=expand(
+            "results/gap/{participant}/result.json",
+            participant=lookup(within=config, dpath="diagnose"),
+        ),
+        blind_scores=blind_scores(),
         # The report lists the assumptions that comments in these files mark.
         sources=sorted(
             str(path)

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.bank import NullCase, write_bank
 from scapulohumeral.gap.blind import trial_tables
@@ -85,8 +87,7 @@ def _row(
     slopes = [f.hypothesis.slope[rows] for f in screen(evidence, settings.signature_error)]
     found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
     value, null = effect_shaped(part, slopes, case.seed)
-    ordered = sorted(null)
-    threshold = ordered[int((1.0 - settings.alpha / 2.0) * len(ordered))]
+    threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))
     emg = len(part.channels) > len(KINEMATIC_CHANNELS)
     return NullCase(
         case.mode, emg, round(found.value / found.threshold, 4), round(value / threshold, 4)
@@ -113,6 +114,4 @@ def _shared_model(
 ) -> ParticipantModel:
     trials = [trial for case in cases for trial in (*case.test, *case.reference)]
     union = make_case(cases[0].participant, trials, [])
-    return participant_model(
-        union, ModelSettings(request.config.parent / "model", config["geometry"]), request.cache
-    )
+    return participant_model(union, ModelSettings.of(config, request.config), request.cache)

@@ -52,10 +52,16 @@ PHASE_POINTS = 101
 
 @dataclass(frozen=True)
 class ModelSettings:
-    """Folder of the model tables, and the section `geometry` of the configuration."""
+    """Folder of the model tables, and how muscle geometry is fitted: keys of ``geometry``."""
 
     tables: Path
     geometry: Mapping[str, Any]
+
+    @staticmethod
+    def of(config: Mapping[str, Any], file: Path) -> ModelSettings:
+        """Those of a configuration read from a file, whose section `gap` may fit fewer poses."""
+        geometry = {**config["geometry"], **config["gap"].get("geometry", {})}
+        return ModelSettings(file.parent / "model", geometry)
 
 
 @dataclass(frozen=True, eq=False)

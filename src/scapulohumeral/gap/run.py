@@ -110,7 +110,7 @@ def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) ->
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     model = None
     try:
-        settings = ModelSettings(request.config.parent / "model", config["geometry"])
+        settings = ModelSettings.of(config, request.config)
         model = participant_model(case, settings, request.cache)
         log.info("model %s", model.hash)
         diagnosis = diagnose(case, model, config)

@@ -78,6 +78,7 @@ class GapSettings:
     session, noise, model : see there
     weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     null_bank : file of thresholds from effect-free cases, relative to the configuration
+    geometry : keys of section `geometry` that differ for the models of cases
     """
 
     nodes: int
@@ -91,6 +92,7 @@ class GapSettings:
     prior_no_gap: float
     prior_none: float
     null_bank: str
+    geometry: Mapping[str, Any]
     session: SessionSpread
     noise: NoisePrior
     model: ModelSpread

@@ -7,6 +7,7 @@ from typing import Any
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.report import (
     calibration_figures,
+    gap_tables,
     loading_figures,
     moment_figures,
     prediction_figures,
@@ -64,6 +65,31 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
     }
+
+
+def gap_chapter(study: Study) -> dict[str, Any] | None:
+    """Diagnoses of the recordings, and what blind cases say about such diagnoses."""
+    if not study.diagnoses and not study.blind_scores:
+        return None
+    card = study.blind_scores[-1] if study.blind_scores else None
+    return {
+        "verdicts": gap_tables.verdict_table(study.diagnoses),
+        "diagnoses": [
+            {
+                "participant": document["inputs"]["participant"],
+                "candidates": gap_tables.candidate_table(document),
+                "warnings": document["warnings"],
+                "untestable": document["untestable"],
+            }
+            for document in study.diagnoses
+        ],
+        "scores": gap_tables.score_tables(card) if card else {},
+        **({"scored": card["scored"]["cases"], **_about(card)} if card else {}),
+    }
+
+
+def _about(card: dict[str, Any]) -> dict[str, Any]:
+    return {name: card[name] for name in ("look", "sealed", "answered")}
 
 
 def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:

@@ -51,6 +51,7 @@ def _content(study: Study) -> dict[str, Any]:
         "validation": chapters.validation_chapter(study),
         "prediction": chapters.prediction_chapter(study),
         "player": chapters.player(study),
+        "gap": chapters.gap_chapter(study),
         "tables": _tables(study),
         "trials": [
             {

@@ -38,6 +38,7 @@ class ReportFiles:
     benchmarks : Snakemake's ``<rule>/<job>.jsonl``
     sources : files that state assumptions
     coordination : files of EMG, calibration, validation and prediction, as far as there are any
+    diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
     """
 
     summary: Path
@@ -51,6 +52,8 @@ class ReportFiles:
     benchmarks: Sequence[Path]
     sources: Sequence[Path]
     coordination: CoordinationFiles = CoordinationFiles()
+    diagnoses: Sequence[Path] = ()
+    blind_scores: Sequence[Path] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +119,7 @@ class Study:
     benchmarks : one row per measured job: rule, job, seconds, memory_MB
     assumptions : comments of the source files
     coordination : EMG, calibration, validation and prediction
+    diagnoses, blind_scores : documents of the gap diagnosis
     """
 
     summary: pd.DataFrame
@@ -129,6 +133,8 @@ class Study:
     assumptions: list[Assumption]
     coordination: Coordination
     equation_folders: Sequence[Path]
+    diagnoses: list[dict[str, Any]]
+    blind_scores: list[dict[str, Any]]
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""
@@ -170,6 +176,8 @@ def read_study(files: ReportFiles) -> Study:
         assumptions=find_assumptions(files.sources),
         coordination=read_coordination(files.coordination, models, published),
         equation_folders=files.equations,
+        diagnoses=[_read_json(path) for path in files.diagnoses],
+        blind_scores=[_read_json(path) for path in files.blind_scores],
     )
 
 

@@ -1,0 +1,162 @@
+"""Tables of the diagnosis of the gap: answers ``result.json`` and the score card of blind cases.
+
+The documents are read as they are; what makes them lies in the package that uses this one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scapulohumeral.report.tables import Table
+
+SHOWN_CANDIDATES = 5
+# Rows of the score card: name, path in the scores of a plant, unit of a median, target.
+SCORES = (
+    ("false alarms on cases without effect", ("false_alarms",), "at most 8 %"),
+    ("gap found where an effect shows", ("detection",), "at least 95 %"),
+    ("family right, most probable", ("family_top1",), "at least 70 %"),
+    ("family among the three most probable", ("family_top3",), ""),
+    ("class right", ("class_top1",), "at least 80 %"),
+    ("side right", ("side_top1",), ""),
+    ("90 % set holds the truth", ("set90", "coverage"), "82 to 98 %"),
+    ("answers that abstain", ("abstention",), ""),
+    ("right effect keeps 70 % of the gap on a new task", ("shrinkage", "keeps"), ""),
+    ("baseline: prior only", ("baselines", "prior_only"), ""),
+    ("baseline: rules of thumb", ("baselines", "rule_based"), "20 points below ours"),
+)
+MEDIANS = (
+    ("amplitude: relative error, median", ("amplitude", "relative_error"), "at most 0.15"),
+    ("shrinkage: error, median", ("shrinkage", "error"), "at most 0.15"),
+    ("time of a diagnosis, median [s]", ("seconds",), "at most 900"),
+)
+
+
+def verdict_table(diagnoses: Sequence[Mapping[str, Any]]) -> Table:
+    """One row per participant: is there a gap, where, which cause, how far it shrinks."""
+    rows = [
+        (
+            d["inputs"]["participant"],
+            _gap(d),
+            _place(d["regions"]["enters"], "name"),
+            _place(d["regions"]["shows"], "channel"),
+            _cause(d),
+            f"{_percent(d['none_p'])} / {_percent(d['no_gap_p'])}",
+            _shrinkage(d),
+        )
+        for d in diagnoses
+    ]
+    columns = (
+        "participant",
+        "gap: statistic (threshold)",
+        "where it enters",
+        "where it shows",
+        "most probable cause",
+        "none of these / no gap",
+        "gap removed",
+    )
+    return Table(columns, rows, frozenset(i for i, d in enumerate(diagnoses) if _undecided(d)))
+
+
+def candidate_table(diagnosis: Mapping[str, Any]) -> Table:
+    """The most probable causes with their amplitudes, and what they leave unexplained."""
+    rows = []
+    for candidate in diagnosis["candidates"][:SHOWN_CANDIDATES]:
+        sizes = "; ".join(_amplitude(p) for p in candidate["parameters"])
+        inside = candidate["label"] in diagnosis["set90"]
+        share = _percent(candidate["unexplained_share"])
+        rows.append(
+            (candidate["label"], _percent(candidate["p"]), sizes, share, "yes" if inside else "no")
+        )
+    return Table(("cause", "probability", "size", "unexplained", "in the 90 % set"), rows)
+
+
+def score_tables(scores: Mapping[str, Any]) -> dict[str, Table]:
+    """Score cards of blind cases by plant, all modes beside each other."""
+    return {plant: _score_table(modes) for plant, modes in scores["plants"].items()}
+
+
+def _score_table(modes: Mapping[str, Any]) -> Table:
+    names = list(modes)
+    rows = [("cases", *(str(sum(modes[m]["cases"].values())) for m in names), "")]
+    for text, path, target in SCORES:
+        rows.append((text, *(_rate(_at(modes[m], path)) for m in names), target))
+    for text, path, target in MEDIANS:
+        rows.append((text, *(_median(_at(modes[m], path)) for m in names), target))
+    return Table(("", *names, "bar"), rows)
+
+
+def _at(scores: Mapping[str, Any], path: Sequence[str]) -> Mapping[str, Any] | None:
+    found: Any = scores
+    for key in path:
+        found = found.get(key) if found else None
+    return found
+
+
+def _rate(rate: Mapping[str, Any] | None) -> str:
+    if rate is None or rate["value"] is None:
+        return "no case"
+    low, high = rate["wilson95"]
+    return f"{_percent(rate['value'])} [{_percent(low)}, {_percent(high)}], {rate['n']} cases"
+
+
+def _median(spread: Mapping[str, Any] | None) -> str:
+    if spread is None or spread["median"] is None:
+        return "no case"
+    return f"{spread['median']:.2g} ({spread['n']} cases)"
+
+
+def _undecided(diagnosis: Mapping[str, Any]) -> bool:
+    return diagnosis["status"] != "ok"
+
+
+def _gap(diagnosis: Mapping[str, Any]) -> str:
+    gap = diagnosis["gap"]
+    if gap is None:
+        return f"no verdict: {diagnosis['status_reason']}"
+    return f"{'yes' if gap['present'] else 'no'}: {gap['value']:.3g} ({gap['threshold']:.3g})"
+
+
+def _place(regions: Sequence[Mapping[str, Any]], name: str) -> str:
+    largest = sorted(regions, key=lambda region: -region["share"])[:2]
+    texts = (
+        f"{region[name]} at {region['phase_percent'][0]:.0f} to {region['phase_percent'][1]:.0f} %"
+        for region in largest
+    )
+    return ", ".join(texts) or "nowhere above the threshold"
+
+
+def _cause(diagnosis: Mapping[str, Any]) -> str:
+    if diagnosis["status"] == "abstained":
+        return f"not decided: {diagnosis['status_reason']}"
+    gap, candidates = diagnosis["gap"], diagnosis["candidates"]
+    if gap is None or not gap["present"] or not candidates:
+        return "none asked for"
+    best = candidates[0]
+    if diagnosis["none_p"] > best["p"]:
+        return "none of the known effects"
+    sizes = "; ".join(_amplitude(p) for p in best["parameters"])
+    return f"{best['label']} (probability {_percent(best['p'])}): {sizes}"
+
+
+def _amplitude(parameter: Mapping[str, Any]) -> str:
+    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
+    interval = parameter["ci95"]
+    ends = "" if interval is None else f" [{interval[0]:.3g}, {interval[1]:.3g}]"
+    bound = ", on its bound" if parameter["at_bound"] else ""
+    return f"{parameter['name']} {parameter['value']:.3g}{unit}{ends}{bound}"
+
+
+def _shrinkage(diagnosis: Mapping[str, Any]) -> str:
+    found = diagnosis["shrinkage"]
+    if found is None:
+        return "not asked for"
+    parts = []
+    for key, text in (("in_sample", "in sample"), ("new_task", "on a new movement")):
+        share = found[key]
+        parts.append(f"{text}: {'none to remove' if share is None else _percent(share['value'])}")
+    return "; ".join(parts)
+
+
+def _percent(share: float | None) -> str:
+    return "unknown" if share is None else f"{100.0 * share:.0f} %"

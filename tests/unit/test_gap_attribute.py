@@ -1,10 +1,13 @@
 """Evidence and amplitudes on made-up signatures, where the answer is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gap_movement import NODES, SETUP
 
 from scapulohumeral.gap.attribute import (
+    RECRUITMENT,
     Hypothesis,
     SignatureError,
     black_box_evidence,
@@ -114,14 +117,43 @@ def test_equal_signatures_cannot_be_told_apart():
     assert distance(found, other, there, 0.1) > 3.0
 
 
-def test_signature_error_equals_dense_algebra():
+def error_covariance(error):
+    """I + E, from what the class solves with."""
+    return np.linalg.inv(error.solve(np.eye(SIZE)))
+
+
+def test_signature_error_scales_with_the_prediction():
     there = comparison(noise(0), 2.0)
     predicted = np.random.default_rng(1).normal(size=SIZE)
-    error = SignatureError(there, predicted, 0.3)
-    dense = error.floor * np.eye(SIZE) + error.columns @ error.columns.T
-    np.testing.assert_allclose(error.solve(there.delta), np.linalg.solve(dense, there.delta))
-    assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
+    error = SignatureError(there, predicted, 0.3, recruits=True)
     white = predicted / 2.0
+    dense = error_covariance(error)
+    assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
     np.testing.assert_allclose(
         np.trace(dense), SIZE + 0.09 * (white @ white) * (1.0 + 0.3**2), rtol=1e-9
     )
+
+
+def test_load_may_show_in_channels_that_the_model_leaves_silent():
+    """The second channel has EMG but no predicted change: it may change by the same share."""
+    levels = np.zeros(SIZE)
+    levels[:8] = [1.0, 0.5, 0.2, 0.1, 2.0, 1.0, 0.4, 0.2]
+    predicted = np.zeros(SIZE)
+    predicted[:4] = 0.3 * levels[:4]
+    there = replace(comparison(noise(0)), levels=levels)
+    with_it, without = (
+        error_covariance(SignatureError(there, predicted, 0.3, recruits=r)) for r in (True, False)
+    )
+    added = with_it - without
+    share = RECRUITMENT * 0.3 * 0.3 * np.linalg.norm(levels[:4]) / np.linalg.norm(levels)
+    np.testing.assert_allclose(np.diag(added)[:8], 2.0 * (share * levels[:8]) ** 2, rtol=1e-8)
+    np.testing.assert_allclose(added[8:, 8:], 0.0, atol=1e-10)
+    np.testing.assert_allclose(added[:4, 4:8], 0.0, atol=1e-10)
+
+
+def test_effects_on_the_record_are_known_better():
+    on_record = next(e for e in EFFECTS.values() if not e.changes_body)
+    there = comparison(noise(0))
+    x = np.full(len(on_record.params), 1.0)
+    body, record = hypothesis(LOAD, 1), hypothesis(on_record, 1)
+    assert record.error(x, there, 0.3).logdet < body.error(np.ones(2), there, 0.3).logdet

@@ -1,10 +1,12 @@
 """How well each effect explains a difference: evidence, amplitudes, refits by solving again.
 
 The difference d has covariance C without effects. Effect k predicts m(x) of internal parameters x,
-with an error of its own: each channel of each task may be off by a common factor, and a little of
-everything anywhere (`signature_error`). Its log evidence integrates the Gaussian likelihood of d
-over the prior of x by Laplace's method. "None of these" are smooth generalised forces and smooth
-errors of EMG channels of unknown size: what the black box can explain, no effect has explained.
+with an error of its own: each channel of each task may be off by a common factor, a little of
+everything anywhere (`signature_error`), and a person may share out a load among muscles in another
+way than the model's least effort, so that EMG changes in channels that the model leaves silent. Its
+log evidence integrates the Gaussian likelihood of d over the prior of x by Laplace's method. "None
+of these" are smooth generalised forces and smooth errors of EMG channels of unknown size: what the
+black box can explain, no effect has explained.
 
 Letters: D coefficients, P parameters, T tasks, K channels, N nodes, B phase functions.
 """
@@ -15,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import lsq_linear
 from scipy.stats import chi2, norm
 
@@ -23,6 +26,11 @@ from scapulohumeral.gap.floor import Comparison
 
 # Share of the signature error that is spread over all channels, also those an effect leaves alone.
 SPREAD_SHARE = 0.3
+# Error of the share by which EMG channels change with a load, in units of the signature error: at a
+# signature error of 0.3, channels that the model leaves silent may change by as much as the others.
+RECRUITMENT = 3.0
+# Signature error of effects on the record, which no muscle has to act for, over that of others.
+RECORD_SHARE = 0.5
 FIT_ROUNDS = 4
 BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
 
@@ -62,6 +70,15 @@ class Hypothesis:
     def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
         return self.value + self.slope @ (x - self.at)
+
+    def error(self, x: np.ndarray, comparison: Comparison, relative: float) -> SignatureError:
+        """Error of the change predicted at internal parameters (P,).
+
+        What acts on the record itself is known better than what a person's control makes of it.
+        """
+        controlled = any(effect.changes_body for effect in self.effects)
+        share = relative if controlled else RECORD_SHARE * relative
+        return SignatureError(comparison, self.predict(x), share, controlled)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""
@@ -105,31 +122,47 @@ class SignatureError:
     comparison : what is explained
     predicted : (D,) predicted change
     relative : error of each channel's predicted change, relative
+    recruits : whether the change comes from muscles that share out a load: then it may appear in
+        other EMG channels than those of the muscles that the model recruits
     """
 
-    def __init__(self, comparison: Comparison, predicted: np.ndarray, relative: float) -> None:
+    def __init__(
+        self, comparison: Comparison, predicted: np.ndarray, relative: float, recruits: bool
+    ) -> None:
         size = comparison.functions.shape[1]
-        blocks = predicted.reshape(-1, size)
-        columns = np.zeros((len(predicted), len(blocks)))
-        for i, block in enumerate(blocks):
-            columns[i * size : (i + 1) * size, i] = block
-        white = comparison.whiten(predicted)
-        self.floor = 1.0 + (SPREAD_SHARE * relative) ** 2 * float(white @ white) / len(white)
-        self.columns = relative * comparison.whiten(columns)
-        inner = self.floor * np.eye(len(blocks)) + self.columns.T @ self.columns
-        self._inner = np.linalg.inv(inner)
-        _, logdet = np.linalg.slogdet(inner)
-        self.logdet = float(logdet) + (len(white) - len(blocks)) * float(np.log(self.floor))
+        whole = comparison.whiten(predicted)
+        spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
+        columns = [relative * _by_channel(predicted, size)]
+        if recruits and comparison.levels is not None:
+            level = RECRUITMENT * relative * _share(predicted, comparison.levels)
+            columns += [_by_channel(level, size), np.diag(level)[:, level != 0.0]]
+        white = comparison.whiten(np.hstack(columns))
+        covariance = (1.0 + spread) * np.eye(len(whole)) + white @ white.T
+        self._factor = cho_factor(covariance, lower=True)
+        self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
 
     def solve(self, vectors: np.ndarray) -> np.ndarray:
         """Inverse of I + E times vectors (D,) or (D, P)."""
-        inner = self.columns @ (self._inner @ (self.columns.T @ vectors))
-        return (vectors - inner) / self.floor
+        return cho_solve(self._factor, vectors)
 
     def log_density(self, residual: np.ndarray) -> float:
         """Log density of a whitened residual (D,)."""
         quadratic = float(residual @ self.solve(residual))
         return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
+
+
+def _by_channel(vector: np.ndarray, size: int) -> np.ndarray:
+    """Columns (D, D / size) that hold a vector's part of one channel and task each."""
+    columns = np.zeros((len(vector), len(vector) // size))
+    for i, block in enumerate(vector.reshape(-1, size)):
+        columns[i * size : (i + 1) * size, i] = block
+    return columns
+
+
+def _share(predicted: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """EMG (D,) that changes by the same share in all channels, as large as a change in total."""
+    seen = levels != 0.0
+    return levels * np.linalg.norm(predicted[seen]) / max(float(np.linalg.norm(levels)), 1e-12)
 
 
 def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
@@ -139,10 +172,10 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     prior = np.diag(1.0 / hypothesis.prior_sd)
     low, high = hypothesis.bounds
     x = np.clip(hypothesis.at, low, high)
-    error = SignatureError(comparison, hypothesis.predict(x), 0.0)
+    error = hypothesis.error(x, comparison, 0.0)
     for _ in range(FIT_ROUNDS):
         x = _bounded(slope, white - offset, error, prior, (low, high))
-        error = SignatureError(comparison, hypothesis.predict(x), relative_error)
+        error = hypothesis.error(x, comparison, relative_error)
     curvature = slope.T @ error.solve(slope) + prior.T @ prior
     residual = white - offset - slope @ x
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
@@ -253,7 +286,7 @@ def distance(
     target = replace(comparison, delta=fitted.predicted)
     closest = fit(other, target, 0.0)
     remaining = comparison.whiten(fitted.predicted - closest.predicted)
-    error = SignatureError(comparison, fitted.predicted, relative_error)
+    error = fitted.hypothesis.error(fitted.x, comparison, relative_error)
     return float(np.sqrt(remaining @ error.solve(remaining)))
 
 

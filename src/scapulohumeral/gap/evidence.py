@@ -277,6 +277,7 @@ def _comparison(
             tasks=tuple(tasks[i] for i in index),
             channels=records.channels,
             degrees=noise.worth,
+            levels=_levels([responses[i] for i in index], records, functions),
         )
 
     whole = made(
@@ -290,6 +291,22 @@ def _comparison(
         for curve in singles[i]
     )
     return whole, trials
+
+
+def _levels(
+    responses: Sequence[Response], records: Records, functions: np.ndarray
+) -> np.ndarray | None:
+    """EMG (D,) of the anchors of some tasks; None without EMG."""
+    if not records.recorder.channels:
+        return None
+    names = records.recorder.channels
+    columns = [records.channels.index(name) for name in names]
+    curves = []
+    for response in responses:
+        curve = np.zeros((len(functions), len(records.channels)))
+        curve[:, columns] = response.anchor.emg
+        curves.append(curve)
+    return compress(curves, functions)
 
 
 def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: int) -> list[Any]:

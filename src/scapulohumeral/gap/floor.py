@@ -11,7 +11,7 @@ Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -59,6 +59,7 @@ class Comparison:
     functions : (N, B) phase functions
     tasks : (T,) names; channels : (K,) names
     degrees : that the noise is known with
+    levels : (D,) EMG that changes are relative to, zero in other channels; None without EMG
     """
 
     delta: np.ndarray
@@ -68,6 +69,7 @@ class Comparison:
     tasks: tuple[str, ...]
     channels: tuple[str, ...]
     degrees: float
+    levels: np.ndarray | None = None
 
     @cached_property
     def _factor(self) -> np.ndarray:
@@ -108,30 +110,22 @@ class Comparison:
 
     def part(self, tasks: Sequence[str]) -> Comparison:
         """The same for some of the tasks."""
-        rows = self.rows(tasks)
         kept = tuple(task for task in self.tasks if task in tasks)
-        return Comparison(
-            self.delta[rows],
-            self.covariance[np.ix_(rows, rows)],
-            self.noise[np.ix_(rows, rows)],
-            self.functions,
-            kept,
-            self.channels,
-            self.degrees,
-        )
+        return replace(self._of(self.rows(tasks)), tasks=kept)
 
     def only(self, channels: Sequence[str]) -> Comparison:
         """The same for some of the channels."""
-        kept = [name for name in self.channels if name in channels]
-        rows = self.channel_rows(kept)
-        return Comparison(
-            self.delta[rows],
-            self.covariance[np.ix_(rows, rows)],
-            self.noise[np.ix_(rows, rows)],
-            self.functions,
-            self.tasks,
-            tuple(kept),
-            self.degrees,
+        kept = tuple(name for name in self.channels if name in channels)
+        return replace(self._of(self.channel_rows(kept)), channels=kept)
+
+    def _of(self, rows: np.ndarray) -> Comparison:
+        square = np.ix_(rows, rows)
+        return replace(
+            self,
+            delta=self.delta[rows],
+            covariance=self.covariance[square],
+            noise=self.noise[square],
+            levels=None if self.levels is None else self.levels[rows],
         )
 
     def channel_rows(self, channels: Sequence[str]) -> np.ndarray:

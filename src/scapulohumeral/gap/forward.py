@@ -9,9 +9,11 @@ Letters: N nodes, M muscle elements, n unknowns, m constraints.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import cyipopt
 import numpy as np
 
 from scapulohumeral.dynamics.hill import force_derivatives
@@ -26,6 +28,7 @@ from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
+from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import Objective, Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.sensitivity import Variant, variant
@@ -45,19 +48,67 @@ JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": sli
 class BodyProblem(Problem):
     """An optimal control problem with own bounds of the activations of each muscle."""
 
+    lower_bound: np.ndarray
+    upper_bound: np.ndarray
+
     def __init__(
         self, forces: MuscleForces, body: Body, objective: Objective, hessian: str
     ) -> None:
-        self.body = body
         super().__init__(forces, body.muscles, pack(body.parameters), objective, hessian)
+        self._change(body)
 
-    def _generate_bound_arrays(self) -> None:
-        super()._generate_bound_arrays()
-        for kind in ("a", "e"):
-            index = self.layout.index(kind, np.arange(self.layout.muscles), np.arange(1))
-            index = index[:, :1] + np.arange(self.layout.nodes)
-            self.lower_bound[index] = self.body.floor[:, None]
-            self.upper_bound[index] = self.body.cap[:, None]
+    def with_body(self, body: Body, objective: Objective, hessian: str) -> BodyProblem:
+        """The same movement for another body.
+
+        Opty's set-up, which takes longer than some solves, depends on mesh and equations only.
+        """
+        other = BodyProblem.__new__(BodyProblem)
+        other.__dict__.update(self.__dict__)
+        other.objective_function, other.hessian_mode = objective, hessian
+        other.collocation = replace(
+            self.collocation, muscles=body.muscles, parameters=pack(body.parameters)
+        )
+        other.lagrangian = replace(
+            self.lagrangian,
+            collocation=other.collocation,
+            exact=hessian == "exact",
+            coupling=objective.excitation_coupling(len(body.muscles.names)),
+        )
+        other.collocator = copy(self.collocator)
+        other.collocator.collocation = other.collocation
+        other.con = other.collocator.generate_constraint_function()
+        other.con_jac = other.collocator.generate_jacobian_function()
+        other.obj, other.obj_grad = other._value, other._gradient
+        other.obj_value = []
+        other._change(body)
+        return other
+
+    def _change(self, body: Body) -> None:
+        """Bounds of a body, and IPOPT's own problem, which knows them."""
+        self.lower_bound, self.upper_bound = body_bounds(
+            self.layout, body, (self.lower_bound, self.upper_bound)
+        )
+        cyipopt.Problem.__init__(
+            self,
+            n=self.num_free,
+            m=self.num_constraints,
+            lb=self.lower_bound,
+            ub=self.upper_bound,
+            cl=self._low_con_bounds,
+            cu=self._upp_con_bounds,
+        )
+
+
+def body_bounds(
+    layout: Layout, body: Body, bounds: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds (n,) with those of a body's activations and excitations."""
+    lower, upper = bounds[0].copy(), bounds[1].copy()
+    for kind in ("a", "e"):
+        index = layout.index(kind, np.arange(layout.muscles)[:, None], np.arange(layout.nodes))
+        index = index.reshape(layout.muscles, -1)
+        lower[index], upper[index] = body.floor[:, None], body.cap[:, None]
+    return lower, upper
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +130,13 @@ class Movement:
 
     def problem(self, body: Body, hessian: str = "exact") -> BodyProblem:
         """The problem with another body."""
-        return BodyProblem(self.forces, body, self._objective(body), hessian)
+        return self._nominal_problem.with_body(body, self._objective(body), hessian)
 
     def variant(self, body: Body) -> Variant:
         """The same for derivatives, without opty's set-up."""
-        nominal, plain = self._nominal, self._nominal_problem
-        lower, upper = nominal.lower.copy(), nominal.upper.copy()
-        for kind in ("a", "e"):
-            nodes = np.arange(plain.layout.nodes)
-            index = plain.layout.index(kind, np.arange(plain.layout.muscles)[:, None], nodes)
-            index = index.reshape(plain.layout.muscles, -1)
-            lower[index], upper[index] = body.floor[:, None], body.cap[:, None]
+        nominal = self._nominal
+        layout = self._nominal_problem.layout
+        lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
         collocation = replace(
             nominal.collocation, muscles=body.muscles, parameters=pack(body.parameters)
         )
@@ -103,7 +150,7 @@ class Movement:
 
     @cached_property
     def _nominal_problem(self) -> BodyProblem:
-        return self.problem(self.body)
+        return BodyProblem(self.forces, self.body, self._objective(self.body), "exact")
 
     @cached_property
     def _nominal(self) -> Variant:

@@ -296,7 +296,11 @@ def _comparison(
 def _levels(
     responses: Sequence[Response], records: Records, functions: np.ndarray
 ) -> np.ndarray | None:
-    """EMG (D,) of the anchors of some tasks; None without EMG."""
+    """EMG (D,) of the anchors of some tasks; None without EMG.
+
+    To each channel's own the mean of all is added: a load may be taken over by a muscle that was
+    hardly active without it.
+    """
     if not records.recorder.channels:
         return None
     names = records.recorder.channels
@@ -304,7 +308,8 @@ def _levels(
     curves = []
     for response in responses:
         curve = np.zeros((len(functions), len(records.channels)))
-        curve[:, columns] = response.anchor.emg
+        emg = np.asarray(response.anchor.emg)
+        curve[:, columns] = emg + emg.mean(axis=1, keepdims=True)
         curves.append(curve)
     return compress(curves, functions)
 

@@ -37,6 +37,9 @@ from scapulohumeral.ocp.transcription import muscle_patterns
 
 BARRIER = 1e-5
 TOLERANCE = 1e-6
+# Gauss-Newton iterations before exact ones: most movements need few; where the muscles can hardly
+# bear the start, more of them lead to a region from which exact iterations converge.
+HASTY, PATIENT = 25, 80
 # Share of the effort that counts excitations instead of activations, for all muscles: without it
 # the cost of a single muscle's effort could not be varied to both sides of the nominal one.
 EXCITATION_EFFORT = 0.01
@@ -181,20 +184,29 @@ class Movement:
         """Solution for a body.
 
         IPOPT scales the objective, and the barrier with it, by the gradient where it starts. A cold
-        start ends with another barrier than warm ones, so its solution is solved once more.
+        start ends with another barrier than warm ones, so its solution is solved once more. A cold
+        start that fails is tried again with more patience.
 
         Raises
         ------
         SolveError                   IPOPT did not reach its tolerance
         """
-        point = self._solved(body, start, iterations)
-        if start.multipliers is None:
-            point = self._solved(body, point, iterations)
-        return point
+        if start.multipliers is not None:
+            return self._solved(body, start, iterations)
+        try:
+            point = self._solved(body, start, iterations)
+        except SolveError:
+            point = self._solved(body, start, iterations, PATIENT)
+        return self._solved(body, point, iterations)
 
-    def _solved(self, body: Body, start: Start, iterations: int) -> Start:
+    def _solved(
+        self, body: Body, start: Start, iterations: int, gauss_newton: int = HASTY
+    ) -> Start:
         settings = SolverSettings(
-            tolerance=TOLERANCE, barrier_target=BARRIER, max_iterations=iterations
+            tolerance=TOLERANCE,
+            barrier_target=BARRIER,
+            max_iterations=iterations,
+            gauss_newton_iterations=gauss_newton,
         )
         result = solve(lambda hessian: self.problem(body, hessian), start, settings)
         if not result.optimal:

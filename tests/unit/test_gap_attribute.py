@@ -8,6 +8,7 @@ from gap_movement import NODES, SETUP
 
 from scapulohumeral.gap.attribute import (
     RECRUITMENT,
+    SPREAD_SHARE,
     Hypothesis,
     SignatureError,
     black_box_evidence,
@@ -17,6 +18,7 @@ from scapulohumeral.gap.attribute import (
     pair,
     task_agreement,
 )
+from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
@@ -46,12 +48,20 @@ def noise(seed):
     return np.random.default_rng(seed).normal(size=SIZE)
 
 
-@pytest.mark.parametrize("relative_error", [0.0, 0.3])
+def drawn(predicted, relative, seed):
+    """A difference whose channels follow a prediction as well as the signature error says."""
+    rng = np.random.default_rng(seed)
+    factors = np.repeat(1.0 + relative * rng.normal(size=SIZE // 4), 4)
+    spread = SPREAD_SHARE * relative * np.linalg.norm(predicted) / np.sqrt(SIZE)
+    return factors * predicted + spread * rng.normal(size=SIZE) + noise(seed)
+
+
+@pytest.mark.parametrize("relative_error", [0.0, 0.3, 0.8])
 def test_amplitude_is_found_within_its_interval(relative_error):
     h = hypothesis(DAMPING, 1)
     misses = []
     for seed in range(40):
-        found = fit(h, comparison(h.slope @ [1.2] + noise(seed)), relative_error)
+        found = fit(h, comparison(drawn(h.slope @ [1.2], relative_error, seed)), relative_error)
         misses.append((found.x[0] - 1.2) / np.sqrt(found.covariance[0, 0]))
     assert np.mean(np.abs(misses) < 1.96) > 0.85
     assert abs(np.mean(misses)) < 0.6
@@ -157,3 +167,13 @@ def test_effects_on_the_record_are_known_better():
     x = np.full(len(on_record.params), 1.0)
     body, record = hypothesis(LOAD, 1), hypothesis(on_record, 1)
     assert record.error(x, there, 0.3).logdet < body.error(np.ones(2), there, 0.3).logdet
+
+
+def test_baselines_name_the_cause_where_signatures_differ():
+    one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = comparison(one.slope @ [1.5] + 0.1 * noise(3))
+    screened = [fit(h, there, 0.1) for h in (other, one)]
+    prior = {f.label: 0.5 for f in screened}
+    assert baseline_labels(there, screened, prior) == [
+        (method, one.label) for method in ("cosine", "per_sample_bic", "screening")
+    ]

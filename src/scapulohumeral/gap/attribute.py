@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize_scalar
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.effects.base import Effect
@@ -32,6 +32,8 @@ RECRUITMENT = 3.0
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
 FIT_ROUNDS = 4
+# Sizes over that of least squares among which the most probable one is looked for.
+SMALLEST_FACTOR, LARGEST_FACTOR = 0.5, 6.0
 BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
 
 
@@ -176,6 +178,9 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     for _ in range(FIT_ROUNDS):
         x = _bounded(slope, white - offset, error, prior, (low, high))
         error = hypothesis.error(x, comparison, relative_error)
+    if relative_error > 0.0:
+        x = _rescaled(hypothesis, comparison, x, relative_error)
+        error = hypothesis.error(x, comparison, relative_error)
     curvature = slope.T @ error.solve(slope) + prior.T @ prior
     residual = white - offset - slope @ x
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
@@ -188,6 +193,33 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     )
     left = float(residual @ residual)
     return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
+
+
+def _rescaled(
+    hypothesis: Hypothesis, comparison: Comparison, x: np.ndarray, relative_error: float
+) -> np.ndarray:
+    """The same mixture of parameters, of the most probable size.
+
+    Least squares with the error of a given prediction makes effects too small, because the error
+    grows with them: a larger effect is contradicted less.
+    """
+    low, high = hypothesis.bounds
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(x > 0.0, high / x, np.where(x < 0.0, low / x, np.inf))
+    largest = min(float(reach.min()), LARGEST_FACTOR)
+    if not np.any(x) or largest <= SMALLEST_FACTOR:
+        return x
+    white = comparison.whiten(comparison.delta)
+
+    def loss(log_factor: float) -> float:
+        scaled = np.exp(log_factor) * x
+        residual = white - comparison.whiten(hypothesis.predict(scaled))
+        density = hypothesis.error(scaled, comparison, relative_error).log_density(residual)
+        return -density - float(np.sum(norm.logpdf(scaled, scale=hypothesis.prior_sd)))
+
+    ends = (np.log(SMALLEST_FACTOR), np.log(largest))
+    best = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.02})
+    return np.clip(np.exp(best.x) * x, low, high)
 
 
 def _bounded(

@@ -27,6 +27,7 @@ from scapulohumeral.gap.attribute import (
     strongest,
     task_agreement,
 )
+from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
 from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records, screen
 from scapulohumeral.gap.library import untestable
@@ -69,6 +70,8 @@ log = logging.getLogger(__name__)
 MVC = "fraction_of_mvc"
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
+# Effects among which variants choose.
+RIVALS = 15
 
 
 def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
@@ -94,14 +97,20 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
-    slopes = [f.hypothesis.slope for f in screen(evidence, settings.signature_error)]
+    screened = screen(evidence, settings.signature_error)
+    slopes = [f.hypothesis.slope for f in screened]
     is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     fits = fit_all(
         evidence, case.threads, is_there.present, model, records.recorder, settings, warnings
     )
     answer = _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
-    return replace(answer, hashes={"null_bank": None if bank is None else bank.hash})
+    rows = baseline_labels(evidence.comparison, screened, evidence.prior)
+    return replace(
+        answer,
+        hashes={"null_bank": None if bank is None else bank.hash},
+        curves={**answer.curves, **plain_tables({"baselines": rows})},
+    )
 
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:
@@ -254,7 +263,8 @@ def _robustness(
         cells[f"noise x {factor}"] = (replace(c, covariance=factor * c.covariance), error)
     for task in c.tasks if len(c.tasks) > 1 else ():
         cells[f"without {task}"] = (c.part([other for other in c.tasks if other != task]), error)
-    single = [f.hypothesis for f in fits if len(f.hypothesis.effects) == 1]
+    alone = [f for f in fits if len(f.hypothesis.effects) == 1]
+    single = [f.hypothesis for f in strongest(alone, evidence.prior, RIVALS)]
     family = [(e.side, e.family) for e in best.hypothesis.effects]
     rows = []
     for name, (variant, relative) in cells.items():

@@ -23,6 +23,9 @@ SCORES = (
     ("answers that abstain", ("abstention",), ""),
     ("right effect keeps 70 % of the gap on a new task", ("shrinkage", "keeps"), ""),
     ("baseline: prior only", ("baselines", "prior_only"), ""),
+    ("baseline: cosine", ("baselines", "cosine"), ""),
+    ("baseline: BIC of single samples", ("baselines", "per_sample_bic"), ""),
+    ("baseline: screening alone", ("baselines", "screening"), ""),
     ("baseline: rules of thumb", ("baselines", "rule_based"), "20 points below ours"),
 )
 MEDIANS = (

@@ -19,10 +19,10 @@ environment := .venv/complete
 study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
 
-.PHONY: help environment reproduce quick report gap blind bench test lint unit format lock dag clean
+.PHONY: help environment reproduce quick report gap blind blind_small bench test lint unit format lock dag clean
 
 help: ## List the commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z_]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 environment: $(environment) ## Create the Python environment in .venv
 
@@ -42,8 +42,12 @@ report: $(environment) ## Bring the report of the full study and the pictures of
 gap: $(environment) ## Diagnose the gap between recorded and simulated elevations
 	$(study) gap
 
-blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (hours)
+blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (an hour)
 	$(study) results/gap/blind/scores.json
+	cp results/gap/blind/scores.json reports/blind_scores.json
+
+blind_small: $(environment) ## The same with 20 cases, for a first look (half an hour)
+	$(study) results/gap/blind_small/scores.json
 
 bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
 	pytest -m slow --numprocesses $(CORES)

@@ -49,7 +49,8 @@ def small_muscles() -> MuscleParameters:
 
 def small_parameters() -> np.ndarray:
     """Dynamics parameters of the plausible arm, nearly weightless: three muscles cannot lift it."""
-    return pack(parameters(gravity=[0.01, -0.1, 0.02], mass_load=0.0, contact_stiffness=100.0))
+    soft = {"contact_stiffness": 100.0, "stop_stiffness": 2.0}
+    return pack(parameters(gravity=[0.01, -0.1, 0.02], mass_load=0.0, **soft))
 
 
 def small_motion(nodes: int) -> np.ndarray:

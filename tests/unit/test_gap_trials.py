@@ -184,8 +184,20 @@ def test_a_mot_file_must_say_its_unit(tmp_path):
         read(write_mot(elevation(), tmp_path / "a.mot", "perhaps"))
 
 
+def test_humerus_may_be_wound_up_but_no_other_joint(tmp_path):
+    """A blind case was refused for a GH_y of 732 deg, made continuous over several elevations."""
+    table = elevation()
+    plain = read(write_csv(table, tmp_path / "a.csv"))
+    wound = read(write_csv(table.assign(GH_y=table.GH_y + 1080.0), tmp_path / "b.csv"))
+    np.testing.assert_allclose(
+        np.exp(1j * wound.angles_rad), np.exp(1j * plain.angles_rad), atol=1e-9
+    )
+    with pytest.raises(DataError, match=r"column SC_y: .* deg is beyond 2 turns"):
+        read(write_csv(table.assign(SC_y=table.SC_y + 1080.0), tmp_path / "c.csv"))
+
+
 def test_degrees_declared_as_radians_are_refused(tmp_path):
-    with pytest.raises(DataError, match=r"row 6, column SC_y: -25.0 rad is beyond two turns"):
+    with pytest.raises(DataError, match=r"row 6, column SC_y: -25.0 rad is beyond 2 turns"):
         read(write_mot(elevation(), tmp_path / "a.mot", "no"))
 
 

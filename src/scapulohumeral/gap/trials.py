@@ -35,6 +35,9 @@ SHORTEST_S = 0.2
 LARGEST_EMG = 10.0
 # Ends of a companion may miss the movement by this, about one frame of video.
 CLOCK_TOLERANCE_S = 0.05
+# Turns that an angle may have. The outer angles of the humerus are undefined while the arm hangs,
+# and software that makes them continuous may wind them up by a turn with every elevation.
+MOST_TURNS = np.where(np.isin(ANGLE_NAMES, ("GH_y", "GH_yy")), 20.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -162,12 +165,13 @@ def _time(table: MotionTable) -> Array:
 def _angles_rad(table: MotionTable) -> Array:
     angles = table.numbers(ANGLE_NAMES)
     if not table.in_degrees:
-        beyond = np.argwhere(np.abs(angles) > 4.0 * np.pi)
+        beyond = np.argwhere(np.abs(angles) > 2.0 * np.pi * MOST_TURNS)
         if beyond.size:
             i, k = beyond[0]
             raise DataError(
                 f"{table.path}, row {table.row(i)}, column {ANGLE_NAMES[k]}: {angles[i, k]} rad is "
-                "beyond two turns, so these are degrees. Write inDegrees=yes into the header."
+                f"beyond {MOST_TURNS[k]:.0f} turns, so these are degrees. Write inDegrees=yes into "
+                "the header."
             )
         return angles
     # In degrees, one radian's turn would mean all joints within 6.3 deg of zero, scapula parallel
@@ -179,12 +183,13 @@ def _angles_rad(table: MotionTable) -> Array:
             f"+-{largest:.2f}, so these are radians; expected degrees. Multiply by 180/pi, or in a "
             ".mot file write inDegrees=no."
         )
-    beyond = np.argwhere(np.abs(angles) > 720.0)
+    beyond = np.argwhere(np.abs(angles) > 360.0 * MOST_TURNS)
     if beyond.size:
         i, k = beyond[0]
         raise DataError(
             f"{table.path}, row {table.row(i)}, column {table.header(ANGLE_NAMES[k])}: "
-            f"{angles[i, k]} deg is beyond two turns. Check the unit, or subtract full turns."
+            f"{angles[i, k]} deg is beyond {MOST_TURNS[k]:.0f} turns. Check the unit, or subtract "
+            "full turns."
         )
     return np.deg2rad(angles)
 

@@ -48,8 +48,11 @@ def small_muscles() -> MuscleParameters:
 
 
 def small_parameters() -> np.ndarray:
-    """Dynamics parameters of the plausible arm, nearly weightless: three muscles cannot lift it."""
-    soft = {"contact_stiffness": 100.0, "stop_stiffness": 2.0}
+    """Dynamics parameters of the plausible arm, nearly weightless: three muscles cannot lift it.
+
+    Stops of the girdle are soft: stiff ones give the small problem several optima.
+    """
+    soft = {"contact_stiffness": 100.0, "stop_stiffness": 0.5}
     return pack(parameters(gravity=[0.01, -0.1, 0.02], mass_load=0.0, **soft))
 
 

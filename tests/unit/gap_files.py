@@ -28,6 +28,8 @@ from scapulohumeral.gap.result import (
 )
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
+# Of an answer whose case was never run.
+HASHES = {"code": "c", "config": "d", "model": "m", "inputs": "i", "null_bank": None}
 REST_DEG = (-25.0, 8.0, 5.0, 45.0, 5.0, -3.0, 40.0, 20.0, -30.0, 20.0)
 STRENGTH, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
@@ -30,7 +31,6 @@ pytestmark = pytest.mark.unit
 TASKS = {"high": 1.5, "low": 1.0}
 RIGHT = "body/strength_loss/biceps"
 AMOUNT = np.log(0.5)
-HASHES = {"code": "c", "config": "d", "model": "m", "inputs": "i", "null_bank": None}
 
 
 def smooth_change(name, channels, nodes=NODES):

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 import pandas as pd
 import pytest
-from gap_files import GAIN, STRENGTH, finished_diagnosis
+from gap_files import GAIN, HASHES, STRENGTH, finished_diagnosis
 from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
@@ -15,8 +15,6 @@ from scapulohumeral.gap.report import render_report, verdict
 from scapulohumeral.gap.result import Diagnosis, Regions, read_result, schema, to_json
 
 pytestmark = pytest.mark.unit
-
-HASHES = {"code": "c", "config": "d", "model": "m", "inputs": "i", "null_bank": None}
 
 
 def diagnosis(**changes) -> Diagnosis:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import synthetic_study
-from gap_files import finished_diagnosis
+from gap_files import HASHES, finished_diagnosis
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.result import to_json
@@ -22,8 +22,6 @@ from scapulohumeral.report.tables import mass_judgement, masses, published_compa
 from scapulohumeral.stages.segment_angles import thorax_angles
 
 pytestmark = pytest.mark.unit
-
-HASHES = dict.fromkeys(("code", "config", "model", "inputs"), "0" * 64) | {"null_bank": None}
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,8 @@ import numpy as np
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array, quaternion_to_matrix, trial_to_pose
 from scapulohumeral.model.tables import Coordinate
 
-GIRDLE = ("SC_y", "SC_z", "SC_x", "AC_y", "AC_z", "AC_x")
+# Coordinates of SC and AC.
+GIRDLE = ANGLE_NAMES[:6]
 DEPRESSION = "SC_z"
 # The arm hangs in frames this close to its lowest elevation over the thorax.
 HANGING_RAD = np.deg2rad(5.0)
@@ -35,8 +36,8 @@ def girdle_range(coordinates: Mapping[str, Coordinate], angles: Array) -> dict[s
     elevation = arm_elevation(angles)
     hanging = elevation <= elevation.min() + HANGING_RAD
     ranges = {}
-    for name in GIRDLE:
-        own, base = angles[:, ANGLE_NAMES.index(name)], coordinates[name]
+    for name, own in zip(GIRDLE, angles[:, : len(GIRDLE)].T, strict=True):
+        base = coordinates[name]
         least = np.median(own[hanging]) if name == DEPRESSION else own.min()
         ranges[name] = [min(base.min_rad, float(least)), max(base.max_rad, float(own.max()))]
     return ranges

@@ -84,12 +84,8 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
             for document in study.diagnoses
         ],
         "scores": gap_tables.score_tables(card) if card else {},
-        **({"scored": card["scored"]["cases"], **_about(card)} if card else {}),
+        "card": card,
     }
-
-
-def _about(card: dict[str, Any]) -> dict[str, Any]:
-    return {name: card[name] for name in ("look", "sealed", "answered")}
 
 
 def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:

@@ -7,6 +7,7 @@ come from the same function.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import sympy as sm
@@ -144,6 +145,7 @@ def glenoid_rotation(inclination: sm.Expr, version: sm.Expr) -> sm.Matrix:
     return elementary_rotation("y", version) * elementary_rotation("z", -inclination)
 
 
+@cache
 def stability_errors() -> VectorFunction:
     """Shear over compression of the glenohumeral reaction: superior-inferior, anterior-posterior.
 

@@ -17,7 +17,6 @@ from functools import cached_property
 
 import numpy as np
 
-from scapulohumeral.dynamics.compiled import VectorFunction
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
@@ -171,10 +170,6 @@ class Objective:
         return self.emg.coupling
 
     @cached_property
-    def _stability(self) -> VectorFunction:
-        return stability_errors()
-
-    @cached_property
     def _stability_weights(self) -> np.ndarray:
         shares = self.weights.stability * np.array([SUPERIOR_INFERIOR_SHARE, 1.0])
         return self._quadrature[:, None] * shares
@@ -191,7 +186,7 @@ class Objective:
         terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
         terms["reaction_rate"] = self._rate(x.reaction, self._reaction_weight)
         if w.stability > 0:
-            ratio, _ = self._stability.first(x.reaction, self._glenoid(x))
+            ratio, _ = stability_errors().first(x.reaction, self._glenoid(x))
             terms["stability"] = float((self._stability_weights * ratio**2).sum())
         if self.emg is not None and w.emg > 0:
             terms["emg"] = float(self._emg_weights @ (self.emg.errors(x.e) ** 2).sum(axis=1))
@@ -209,7 +204,7 @@ class Objective:
         error, jacobian = self.errors.function.first(x.q, self.reference)
         reaction = self._rate_gradient(x.reaction, self._reaction_weight)
         if w.stability > 0:
-            ratio, ratio_r = self._stability.first(x.reaction, self._glenoid(x))
+            ratio, ratio_r = stability_errors().first(x.reaction, self._glenoid(x))
             reaction += np.einsum("nk,nkr->nr", 2 * self._stability_weights * ratio, ratio_r)
         excitation = self._rate_gradient(x.e, w.excitation_rate)
         if self.emg is not None and w.emg > 0:
@@ -238,10 +233,10 @@ class Objective:
         h_r = np.zeros((len(x.q), 3, 3))
         if self.weights.stability > 0:
             glenoid, weights = self._glenoid(x), 2 * self._stability_weights
-            ratio, ratio_r = self._stability.first(x.reaction, glenoid)
+            ratio, ratio_r = stability_errors().first(x.reaction, glenoid)
             h_r += np.einsum("nk,nki,nkj->nij", weights, ratio_r, ratio_r)
             if exact:
-                h_r += self._stability.all(x.reaction, glenoid, weights * ratio)[2]
+                h_r += stability_errors().all(x.reaction, glenoid, weights * ratio)[2]
         return ObjectiveHessian(
             q=h_q,
             reaction=h_r,
@@ -255,8 +250,8 @@ class Objective:
 
     @property
     def _reaction_weight(self) -> float:
-        # ASSUME reactions are regularised in kN/s: in newtons the term would dwarf all others. It
-        # is never left out, because the midpoint rule does not see alternating reactions.
+        # Per REACTION_UNIT_N, whose size matters, see there. Never left out, because the midpoint
+        # rule does not see alternating reactions.
         return self.weights.regularisation
 
     def _glenoid(self, x: Trajectory) -> np.ndarray:

@@ -61,6 +61,9 @@ def small_body() -> Body:
         groups=np.array(NAMES),
         crossing=crossing,
         tendon_load=np.linspace(0.1, 0.5, 3 * (NODES - 1)).reshape(-1, 3),
+        gh_elevation_rad=np.linspace(0.3, 1.2, NODES - 1),
+        gh_lift=np.tile([1.0, 0.0, 0.0], (NODES - 1, 1)),
+        external_Nm=np.zeros((NODES - 1, 10)),
     )
 
 

@@ -8,6 +8,7 @@ from gap_movement import NODES, SETUP, small_body, small_movement, small_record
 
 from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap import forward
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.frames import elevation
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
@@ -49,6 +50,7 @@ def numbers(body):
             body.effort,
             body.floor,
             body.cap,
+            body.external_Nm.ravel(),
         ]
     )
 
@@ -136,7 +138,9 @@ def test_solutions_do_not_depend_on_where_they_started(solved):
 
 
 @pytest.mark.parametrize("label", SOLVED)
-def test_derivatives_agree_with_solving_again(solved, label):
+def test_derivatives_agree_with_solving_again(solved, label, monkeypatch):
+    # Two solutions this close differ by less than the usual tolerance.
+    monkeypatch.setattr(forward, "TOLERANCE", 1e-9)
     move, point, local = solved
     effect, column = BY_LABEL[label], SOLVED[label]
     param = effect.params[column]

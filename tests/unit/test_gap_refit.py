@@ -20,12 +20,12 @@ pytestmark = pytest.mark.unit
 CHANNELS = ("EMG_a", "EMG_b")
 RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
 WEAK = next(e for e in library(SETUP) if e.label == "body/strength_loss/biceps")
-LEFT = 0.35
+LEFT = 0.45
 
 
 @pytest.fixture(scope="module")
 def weakened(quaternion_equations):
-    """Nominal response, and the change (N, K) by a biceps of a third of its strength."""
+    """Nominal response, and the change (N, K) by a biceps of half of its strength."""
     move = small_movement(quaternion_equations)
     point = move.solved(move.body, move.cold_start(), 500)
     anchor: Observed = small_record()

@@ -24,7 +24,7 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.base import JOINTS, Body, Observed
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.model.rotations import pose_to_trial
+from scapulohumeral.model.rotations import pose_to_trial, quaternion_to_matrix
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
@@ -33,7 +33,7 @@ from scapulohumeral.ocp.objective import Objective, Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.sensitivity import Variant, variant
 from scapulohumeral.ocp.solver import SolverSettings, Start, solve
-from scapulohumeral.ocp.transcription import muscle_patterns
+from scapulohumeral.ocp.transcription import Collocation, muscle_patterns
 
 BARRIER = 1e-5
 TOLERANCE = 1e-6
@@ -45,7 +45,41 @@ HASTY, PATIENT = 25, 80
 EXCITATION_EFFORT = 0.01
 # Rows of the equations that belong to each joint.
 KEPT = ("_nominal_problem", "_nominal")
+GH_QUATERNION = slice(8, 12)
+SPEEDS = 10
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedCollocation(Collocation):
+    """Equations of motion with generalised forces of an effect.
+
+    Attributes
+    ----------
+    external_Nm : (I, 10), constant in the unknowns, so that all derivatives stay
+    """
+
+    external_Nm: np.ndarray
+
+    def constraints(self, free: np.ndarray) -> np.ndarray:
+        """Residuals of all equations, shape (equations * I,)."""
+        residual = super().constraints(free).reshape(self.number_of_equations, -1)
+        first = self.layout.coordinates
+        residual[first : first + self.external_Nm.shape[1]] += self.external_Nm.T
+        return residual.ravel()
+
+
+def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
+    """The equations of another body."""
+    return LoadedCollocation(
+        forces=collocation.forces,
+        muscles=body.muscles,
+        parameters=pack(body.parameters),
+        layout=collocation.layout,
+        step=collocation.step,
+        scalers=collocation.scalers,
+        external_Nm=body.external_Nm,
+    )
 
 
 class BodyProblem(Problem):
@@ -68,9 +102,7 @@ class BodyProblem(Problem):
         other = BodyProblem.__new__(BodyProblem)
         other.__dict__.update(self.__dict__)
         other.objective_function, other.hessian_mode = objective, hessian
-        other.collocation = replace(
-            self.collocation, muscles=body.muscles, parameters=pack(body.parameters)
-        )
+        other.collocation = _loaded(self.collocation, body)
         other.lagrangian = replace(
             self.lagrangian,
             collocation=other.collocation,
@@ -140,10 +172,7 @@ class Movement:
         nominal = self._nominal
         layout = self._nominal_problem.layout
         lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
-        collocation = replace(
-            nominal.collocation, muscles=body.muscles, parameters=pack(body.parameters)
-        )
-        return Variant(collocation, self._objective(body), lower, upper)
+        return Variant(_loaded(nominal.collocation, body), self._objective(body), lower, upper)
 
     def with_reference(self, angles_rad: np.ndarray) -> Objective:
         """The objective that tracks another motion, (N, 10) [rad]."""
@@ -270,18 +299,39 @@ def nominal_body(model: ParticipantModel, nodes: int) -> Body:
         groups=np.array([muscle["group"] for muscle in record["muscles"]]),
         crossing=crossing,
         tendon_load=np.zeros((nodes - 1, count)),
+        gh_elevation_rad=np.zeros(nodes - 1),
+        gh_lift=np.zeros((nodes - 1, 3)),
+        external_Nm=np.zeros((nodes - 1, SPEEDS)),
     )
 
 
-def with_tendon_load(move: Movement, point: Start) -> Movement:
-    """The movement whose nominal body knows the tension of its muscles in a solution."""
+def with_state(move: Movement, point: Start) -> Movement:
+    """The movement whose nominal body knows its muscles' tension and its posture in a solution."""
     x = move.trajectory(point)
     q, u, a = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a))
     muscles = move.body.muscles
     force = force_derivatives(*move.forces.lengths(q, u), muscles)
     load = (force.active * a + force.passive) / muscles.max_isometric_force
-    loaded = replace(move, body=replace(move.body, tendon_load=load))
-    # The tension enters the equations with an effect only, so the nominal problem, which takes
-    # longer to set up than to differentiate, stays what it is.
-    loaded.__dict__.update({name: move.__dict__[name] for name in KEPT if name in move.__dict__})
-    return loaded
+    elevation, lift = gh_elevation(q)
+    body = replace(move.body, tendon_load=load, gh_elevation_rad=elevation, gh_lift=lift)
+    changed = replace(move, body=body)
+    # Both enter the equations with an effect only, so the nominal problem, which takes longer to
+    # set up than to differentiate, stays what it is.
+    changed.__dict__.update({name: move.__dict__[name] for name in KEPT if name in move.__dict__})
+    return changed
+
+
+def gh_elevation(pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Elevation (N,) [rad] of the humerus from the scapula's y axis at poses (N, 13).
+
+    Returns
+    -------
+    elevation : between the y axes of both
+    lift : (N, 3) unit axis about which it grows, in axes of the humerus; zero where they coincide
+    """
+    matrix = quaternion_to_matrix(pose[:, GH_QUATERNION])
+    # Rows of the matrix are axes of the scapula, seen from the humerus.
+    vertical = matrix[:, 1]
+    elevation = np.arccos(np.clip(vertical[:, 1], -1.0, 1.0))
+    axis = np.cross(vertical, [0.0, 1.0, 0.0])
+    return elevation, axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-6)

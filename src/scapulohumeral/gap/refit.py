@@ -10,7 +10,7 @@ import numpy as np
 from scapulohumeral.gap.attribute import Fit, Hypothesis, fit
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.forward import Movement, movement, with_tendon_load
+from scapulohumeral.gap.forward import Movement, movement, with_state
 from scapulohumeral.gap.observe import difference
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
@@ -49,7 +49,7 @@ def refit(
     current, moves = first, []
     if effect.changes_body:
         moves = [
-            with_tendon_load(movement(model, response.anchor, settings), response.point)
+            with_state(movement(model, response.anchor, settings), response.point)
             for response in responses
         ]
     starts = [response.point for response in responses]

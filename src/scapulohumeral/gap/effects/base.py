@@ -83,6 +83,9 @@ class Body:
     floor, cap : (M,) bounds of activations and excitations
     groups : (M,) anatomical group of each element; crossing : (M, 4) joints that it crosses
     tendon_load : (I, M) nominal tension over maximal isometric force, at mesh midpoints
+    gh_elevation_rad : (I,) nominal elevation of the humerus from the scapula's own axis
+    gh_lift : (I, 3) axis about which it grows, in axes of the humerus
+    external_Nm : (I, 10) generalised forces on the speeds, beside those of the model
     """
 
     muscles: MuscleParameters
@@ -94,6 +97,9 @@ class Body:
     groups: np.ndarray
     crossing: np.ndarray
     tendon_load: Array
+    gh_elevation_rad: Array
+    gh_lift: Array
+    external_Nm: Array
 
     def chosen(self, member: str | None) -> np.ndarray:
         """Elements of a muscle group, of all for ``"all"``: (M,) bool."""

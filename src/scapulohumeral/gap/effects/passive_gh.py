@@ -1,4 +1,4 @@
-"""A stiff or loose glenohumeral capsule."""
+"""A stiff glenohumeral capsule."""
 
 from __future__ import annotations
 
@@ -7,56 +7,57 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scapulohumeral.gap.effects.base import KINEMATICS, Body, Effect, Param, Setup
-from scapulohumeral.model.rotations import (
-    Array,
-    euler_to_quaternion,
-    matrix_to_quaternion,
-    quaternion_to_euler,
-    quaternion_to_matrix,
-)
+from scapulohumeral.model.rotations import Array
 
-GH = 2
-ELEVATION = 1
+GH = slice(6, 9)
+# Torque (factor - 1) TORQUE_NM (exp(RATE_PER_RAD excess) - 1): passive moments of joints grow
+# exponentially toward the end of their range (Engin and Chen 1986, J Biomech 19: 215-221).
+TORQUE_NM = 0.3
+RATE_PER_RAD = 4.0
+# The excess begins smoothly over this angle, so that its onset can be fitted.
+SMOOTH_RAD = 0.1
 PARAMS = (
     Param(
         "stiffness_factor",
         "1",
         1.0,
-        0.0,
-        20.0,
+        1.0,
+        40.0,
         5.0,
-        4.0,
-        "ASSUME: up to 20 N m/rad, against 1 in DAS3, is a passive torque of 10 N m at half a "
-        "radian",
+        6.0,
+        "ASSUME: at 5, a torque of 7 N m half a radian beyond the onset, a fifth of what abductors "
+        "can do",
     ),
     Param(
         "engagement_deg",
         "deg",
-        0.0,
-        -40.0,
         40.0,
-        20.0,
-        20.0,
-        "ASSUME: a third of the range; moves the pose without torque",
+        0.0,
+        90.0,
+        50.0,
+        15.0,
+        "ASSUME: capsules engage in the middle of the range of glenohumeral elevation",
     ),
 )
 
 
 @dataclass(frozen=True)
 class PassiveGh(Effect):
-    """Stiffness of the glenohumeral spring times a factor, about a shifted elevation."""
+    """Torque against elevation of the humerus in the glenoid, beyond an onset.
+
+    Quasi-static: the elevation is that of the nominal solution, which is tracked closely, so the
+    equations keep their form.
+    """
 
     def apply(self, body: Body, values: Array) -> Body:
-        """Scale the spring and move the pose without torque."""
+        """Add the torque to those on the speeds of the joint."""
         factor, engagement = values
-        stiffness = body.parameters["joint_stiffness"].copy()
-        stiffness[GH] *= factor
-        rest = body.parameters["rest_GH"].reshape(3, 3)
-        angles = quaternion_to_euler(matrix_to_quaternion(rest), "YZY")
-        angles[ELEVATION] += np.deg2rad(engagement)
-        turned = quaternion_to_matrix(euler_to_quaternion(angles, "YZY")).ravel()
-        changed = {"joint_stiffness": stiffness, "rest_GH": turned}
-        return replace(body, parameters={**body.parameters, **changed})
+        beyond = body.gh_elevation_rad - np.deg2rad(engagement)
+        excess = 0.5 * (beyond + np.hypot(beyond, SMOOTH_RAD))
+        torque = (factor - 1.0) * TORQUE_NM * np.expm1(RATE_PER_RAD * excess)
+        external = body.external_Nm.copy()
+        external[:, GH] -= torque[:, None] * body.gh_lift
+        return replace(body, external_Nm=external)
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:

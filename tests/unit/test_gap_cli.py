@@ -34,12 +34,19 @@ def case_folder(tmp_path):
 
 
 @pytest.fixture
-def seen(monkeypatch):
+def views():
+    """The views that were asked for."""
+    return []
+
+
+@pytest.fixture
+def seen(monkeypatch, views):
     """The cases that reach the inference; answers are made up, and no model is built."""
     cases = []
 
-    def answer(case, model, config):
+    def answer(case, model, config, view):
         cases.append(case)
+        views.append(view)
         return finished_diagnosis()
 
     monkeypatch.setattr(run, "participant_model", lambda *_: SimpleNamespace(hash="m"))
@@ -93,6 +100,12 @@ def test_without_reference_the_mode_says_so(case_folder, seen):
     assert read_result(case_folder / "out" / "result.json")["mode"] == "no_reference"
 
 
+def test_the_view_is_tracking_unless_asked_otherwise(case_folder, seen, views):
+    diagnose(case_folder, ["lift_r1.csv"], [])
+    diagnose(case_folder, ["lift_r1.csv"], [], "--view", "prediction")
+    assert views == ["tracking", "prediction"]
+
+
 def test_bad_input_is_refused_and_leaves_no_old_answer(case_folder, seen, capsys):
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 0
     write_csv(elevation().drop(columns="AC_z"), case_folder / "lift_r2.csv")
@@ -106,7 +119,7 @@ def test_bad_input_is_refused_and_leaves_no_old_answer(case_folder, seen, capsys
 
 
 def raising(error):
-    def infer(*_):
+    def infer(*_, **__):
         raise error
 
     return infer
@@ -128,7 +141,7 @@ def test_data_that_the_inference_cannot_use_are_refused(case_folder, seen, monke
 
 
 def test_an_answer_that_breaks_the_format_is_a_failure(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", lambda *_: finished_diagnosis(none_p=0.9))
+    monkeypatch.setattr(cli, "_inference", lambda *_, **__: finished_diagnosis(none_p=0.9))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     reason = read_result(case_folder / "out" / "result.json")["status_reason"]
     assert "expected 1" in reason

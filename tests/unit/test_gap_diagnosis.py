@@ -136,7 +136,7 @@ def test_an_own_maximum_says_less_about_emg():
 def test_variants_start_from_the_movements_solved_last(monkeypatch):
     """A cause that only fits after solving again is no less stable for that."""
     cause = "body/joint_damping/EL"
-    shape = AMOUNT * smooth_change(f"{RIGHT}f0_factor", 12)
+    shape = AMOUNT * smooth_change("no derivative f0_factor", 12)
 
     def solved_again(first, comparison, *rest):
         value = np.zeros_like(first.hypothesis.value)
@@ -147,7 +147,7 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
         return fit(hypothesis, comparison, SETTINGS.signature_error)
 
     monkeypatch.setattr(evidence, "_refit_or_keep", solved_again)
-    answer = diagnose(case(effect=RIGHT), None, replace(SETTINGS, short_list=1000))
+    answer = diagnose(case(effect="no derivative "), None, replace(SETTINGS, short_list=1000))
     assert answer.candidates[0].label == cause
     assert answer.robustness.agree == answer.robustness.cells
 
@@ -247,3 +247,21 @@ def test_probabilities_are_capped_by_the_test_for_a_gap():
         assert decide.conformal_set(found) == ("no_gap", "a")
     warm = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 100.0, present=True)
     assert warm.labels["a"] < present.labels["a"] / 0.5
+
+
+def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
+    """Where solving again explains less, the derivative is no worse an approximation."""
+
+    def useless(first, comparison, *rest):
+        nothing = np.zeros_like(first.hypothesis.slope)
+        return fit(replace(first.hypothesis, slope=nothing), comparison, SETTINGS.signature_error)
+
+    kept = diagnosed(effect=RIGHT)
+    monkeypatch.setattr(evidence, "_refit_or_keep", useless)
+    assert diagnosed(effect=RIGHT).candidates[0] == kept.candidates[0]
+
+
+def test_predictions_have_no_null_bank():
+    answer = diagnose(case(), None, replace(SETTINGS, view="prediction"))
+    assert any("predicted from the humerus" in text for text in answer.warnings)
+    assert answer.hashes["null_bank"] is None

@@ -1,4 +1,5 @@
-# The gap between recorded and simulated motion: where it lies, which effect explains it.
+# The gap between recorded and predicted motion of scapula and clavicle: where it lies, which effect
+# explains it.
 #
 # Recordings have no reference trials of the same person here, so the answers are given with lower
 # confidence. `make gap` makes them alone.
@@ -26,10 +27,10 @@ rule diagnose_gap:
         mem_mb=4000,
         runtime=30,
     message:
-        "Gap of the recorded elevations of participant {wildcards.participant}"
+        "Gap between recorded and predicted elevations of participant {wildcards.participant}"
     shell:
         "python -m scapulohumeral.gap.cli gap diagnose {input.recordings}"
-        " --participant {input.participant} --threads {threads}"
+        " --participant {input.participant} --view prediction --threads {threads}"
         " --out $(dirname {output.result}) > {log.python} 2>&1"
 
 

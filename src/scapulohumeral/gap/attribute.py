@@ -31,7 +31,9 @@ SPREAD_SHARE = 0.3
 RECRUITMENT = 3.0
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
-FIT_ROUNDS = 4
+# Spread of the gain with which a muscle that has changed itself appears on its electrodes, for a
+# change of one unit on the internal scale: torn or wasted parts of it are no longer driven.
+OWN_GAIN = 1.0
 # Sizes over that of least squares among which the most probable one is looked for.
 SMALLEST_FACTOR, LARGEST_FACTOR = 0.5, 6.0
 BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
@@ -46,12 +48,15 @@ class Hypothesis:
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
     value : (D,) change predicted there; slope : (D, P) per unit
+    own : (D,) EMG of channels over muscles that the effects themselves change, zero elsewhere;
+        None if there are none
     """
 
     effects: tuple[Effect, ...]
     at: np.ndarray
     value: np.ndarray
     slope: np.ndarray
+    own: np.ndarray | None = None
 
     @property
     def label(self) -> str:
@@ -80,11 +85,13 @@ class Hypothesis:
         """
         controlled = any(effect.changes_body for effect in self.effects)
         share = relative if controlled else RECORD_SHARE * relative
-        return SignatureError(comparison, self.predict(x), share, controlled)
+        own = None if self.own is None or not relative else OWN_GAIN * abs(x[0]) * self.own
+        return SignatureError(comparison, self.predict(x), share, controlled, own)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""
-        return replace(self, value=self.value[rows], slope=self.slope[rows])
+        own = None if self.own is None else self.own[rows]
+        return replace(self, value=self.value[rows], slope=self.slope[rows], own=own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,20 +133,28 @@ class SignatureError:
     relative : error of each channel's predicted change, relative
     recruits : whether the change comes from muscles that share out a load: then it may appear in
         other EMG channels than those of the muscles that the model recruits
+    own : (D,) further error of single channels, common to one channel of one task
     """
 
     def __init__(
-        self, comparison: Comparison, predicted: np.ndarray, relative: float, recruits: bool
+        self,
+        comparison: Comparison,
+        predicted: np.ndarray,
+        relative: float,
+        recruits: bool,
+        own: np.ndarray | None = None,
     ) -> None:
-        size = comparison.functions.shape[1]
         whole = comparison.whiten(predicted)
         spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
-        columns = [relative * _by_channel(predicted, size)]
+        columns = [relative * comparison.by_channel(predicted)]
+        if own is not None:
+            columns.append(comparison.by_channel(own))
+        white = comparison.whiten(np.hstack(columns))
+        covariance = white @ white.T
+        covariance[np.diag_indices_from(covariance)] += 1.0 + spread
         if recruits and comparison.levels is not None:
             level = RECRUITMENT * relative * _share(predicted, comparison.levels)
-            columns += [_by_channel(level, size), np.diag(level)[:, level != 0.0]]
-        white = comparison.whiten(np.hstack(columns))
-        covariance = (1.0 + spread) * np.eye(len(whole)) + white @ white.T
+            covariance += level**2 * comparison.recruitment
         self._factor = cho_factor(covariance, lower=True)
         self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
 
@@ -153,46 +168,57 @@ class SignatureError:
         return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
 
 
-def _by_channel(vector: np.ndarray, size: int) -> np.ndarray:
-    """Columns (D, D / size) that hold a vector's part of one channel and task each."""
-    columns = np.zeros((len(vector), len(vector) // size))
-    for i, block in enumerate(vector.reshape(-1, size)):
-        columns[i * size : (i + 1) * size, i] = block
-    return columns
-
-
-def _share(predicted: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """EMG (D,) that changes by the same share in all channels, as large as a change in total."""
+def _share(predicted: np.ndarray, levels: np.ndarray) -> float:
+    """Share of its level by which EMG changes in total."""
     seen = levels != 0.0
-    return levels * np.linalg.norm(predicted[seen]) / max(float(np.linalg.norm(levels)), 1e-12)
+    return float(np.linalg.norm(predicted[seen])) / max(float(np.linalg.norm(levels)), 1e-12)
 
 
 def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
     """Most probable parameters inside their bounds, and evidence by Laplace's method."""
-    slope, white = comparison.whiten(hypothesis.slope), comparison.whiten(comparison.delta)
-    offset = comparison.whiten(hypothesis.value) - slope @ hypothesis.at
-    prior = np.diag(1.0 / hypothesis.prior_sd)
     low, high = hypothesis.bounds
-    x = np.clip(hypothesis.at, low, high)
-    error = hypothesis.error(x, comparison, 0.0)
-    for _ in range(FIT_ROUNDS):
-        x = _bounded(slope, white - offset, error, prior, (low, high))
-        error = hypothesis.error(x, comparison, relative_error)
+    first = np.eye(len(low))[0] * hypothesis.prior_sd
+    # Errors grow with predictions: what contradicts a small effect, a large one may bear.
+    starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
+    fits = [_reweighted(hypothesis, comparison, relative_error, start) for start in starts]
+    losses = [_loss(hypothesis, comparison, relative_error, x) for x in fits]
+    x = fits[int(np.argmin(losses))]
     if relative_error > 0.0:
+        x = _reweighted(hypothesis, comparison, relative_error, x)
         x = _rescaled(hypothesis, comparison, x, relative_error)
-        error = hypothesis.error(x, comparison, relative_error)
-    curvature = slope.T @ error.solve(slope) + prior.T @ prior
-    residual = white - offset - slope @ x
+    slope, white = comparison.whiten(hypothesis.slope), comparison.whiten(comparison.delta)
+    error = hypothesis.error(x, comparison, relative_error)
+    curvature = slope.T @ error.solve(slope) + np.diag(hypothesis.prior_sd**-2.0)
+    residual = white - comparison.whiten(hypothesis.predict(x))
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
-    log_prior = np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)) + one_sided * np.log(2.0)
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
-        error.log_density(residual)
-        + float(log_prior)
+        -_loss(hypothesis, comparison, relative_error, x)
+        + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
     )
     left = float(residual @ residual)
     return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
+
+
+def _reweighted(
+    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, start: np.ndarray
+) -> np.ndarray:
+    """Most probable parameters (P,) with the error that a prediction has at a start (P,)."""
+    slope = comparison.whiten(hypothesis.slope)
+    target = comparison.whiten(comparison.delta - hypothesis.value) + slope @ hypothesis.at
+    error = hypothesis.error(start, comparison, relative_error)
+    prior = np.diag(1.0 / hypothesis.prior_sd)
+    return _bounded(slope, target, error, prior, hypothesis.bounds)
+
+
+def _loss(
+    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, x: np.ndarray
+) -> float:
+    """Negative log density of the difference and the parameters (P,), up to one-sided priors."""
+    residual = comparison.whiten(comparison.delta - hypothesis.predict(x))
+    density = hypothesis.error(x, comparison, relative_error).log_density(residual)
+    return -density - float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
 
 
 def _rescaled(
@@ -209,16 +235,12 @@ def _rescaled(
     largest = min(float(reach.min()), LARGEST_FACTOR)
     if not np.any(x) or largest <= SMALLEST_FACTOR:
         return x
-    white = comparison.whiten(comparison.delta)
 
     def loss(log_factor: float) -> float:
-        scaled = np.exp(log_factor) * x
-        residual = white - comparison.whiten(hypothesis.predict(scaled))
-        density = hypothesis.error(scaled, comparison, relative_error).log_density(residual)
-        return -density - float(np.sum(norm.logpdf(scaled, scale=hypothesis.prior_sd)))
+        return _loss(hypothesis, comparison, relative_error, np.exp(log_factor) * x)
 
     ends = (np.log(SMALLEST_FACTOR), np.log(largest))
-    best = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.02})
+    best = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.05})
     return np.clip(np.exp(best.x) * x, low, high)
 
 
@@ -308,6 +330,7 @@ def pair(first: Fit, second: Fit) -> Hypothesis:
         at=np.concatenate([one.at, two.at]),
         value=one.value + two.value,
         slope=np.hstack([one.slope, two.slope]),
+        own=one.own if two.own is None else two.own,
     )
 
 

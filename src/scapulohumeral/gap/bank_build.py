@@ -16,7 +16,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.bank import NullCase, write_bank
 from scapulohumeral.gap.blind import trial_tables
 from scapulohumeral.gap.case import Case, make_case
-from scapulohumeral.gap.evidence import Evidence, gather, read_records, screen
+from scapulohumeral.gap.evidence import Evidence, gather, read_records
 from scapulohumeral.gap.locate import effect_shaped, shows
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS
 from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
@@ -84,7 +84,7 @@ def _row(
     """Both test values over their thresholds, on some of the channels."""
     whole = evidence.comparison
     rows, part = whole.channel_rows(channels), whole.only(channels)
-    slopes = [f.hypothesis.slope[rows] for f in screen(evidence, settings.signature_error)]
+    slopes = [hypothesis.slope[rows] for hypothesis in evidence.hypotheses]
     found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
     value, null = effect_shaped(part, slopes, case.seed)
     threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))

@@ -11,6 +11,7 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from scapulohumeral.gap.participant_model import ParticipantModel
     from scapulohumeral.gap.result import Diagnosis
     from scapulohumeral.gap.run import Config
+    from scapulohumeral.gap.settings import View
 
 CONFIG = SOURCE_ROOT.parent / "config" / "config.yaml"
 CACHE = SOURCE_ROOT.parent / "results" / "gap" / "models"
@@ -77,6 +79,11 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     add("--reference", nargs="+", type=Path, default=[], metavar="REF", help="trials without it")
     add("--out", type=Path, required=True, metavar="DIR", help="folder for the answer")
     add("--participant", type=Path, metavar="FILE", help="default: beside the first TEST")
+    add(
+        "--view", choices=("tracking", "prediction"), default="tracking",
+        help="compare with the tracked motion, or with scapula and clavicle predicted from the "
+        "humerus (default tracking)",
+    )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
     add("--config", type=Path, default=CONFIG, metavar="FILE")
@@ -98,13 +105,13 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         threads=options.threads,
         command=command,
     )
-    return run(request, _inference)
+    return run(request, partial(_inference, view=options.view))
 
 
-def _inference(case: Case, model: ParticipantModel, config: Config) -> Diagnosis:
+def _inference(case: Case, model: ParticipantModel, config: Config, view: View) -> Diagnosis:
     from scapulohumeral.gap.diagnosis import diagnose, read_settings
 
-    return diagnose(case, model, read_settings(config))
+    return diagnose(case, model, read_settings(config, view))
 
 
 if __name__ == "__main__":

@@ -68,6 +68,10 @@ __all__ = ["diagnose", "read_settings"]
 log = logging.getLogger(__name__)
 
 MVC = "fraction_of_mvc"
+NO_BANK_OF_PREDICTIONS = (
+    "compared with scapula and clavicle predicted from the humerus: the null bank holds tracked "
+    "movements only, so thresholds come from the noise alone"
+)
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
 # Effects among which variants choose.
@@ -91,19 +95,21 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
         warnings.append("EMG is left out: no channel of the participant is in every trial")
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
-    bank, reason = null_bank.read_bank(_bank_path(settings), settings)
+    bank, reason = None, NO_BANK_OF_PREDICTIONS
+    if settings.view == "tracking":
+        bank, reason = null_bank.read_bank(_bank_path(settings), settings)
     inflation, remark = null_bank.inflation(bank, mode, bool(case.channels), settings.alpha)
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
     screened = screen(evidence, settings.signature_error)
-    slopes = [f.hypothesis.slope for f in screened]
+    slopes = [hypothesis.slope for hypothesis in evidence.hypotheses]
     is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
-    fits = fit_all(
-        evidence, case.threads, is_there.present, model, records.recorder, settings, warnings
-    )
+    fits = screened
+    if is_there.present:
+        fits = fit_all(evidence, screened, model, settings, case.threads, warnings)
     answer = _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
     rows = baseline_labels(evidence.comparison, screened, evidence.prior)
     return replace(

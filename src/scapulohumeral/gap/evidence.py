@@ -24,6 +24,7 @@ from scapulohumeral.gap.forward import nominal_body
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.locate import Disturbances, disturbances
 from scapulohumeral.gap.observe import (
+    KINEMATIC_CHANNELS,
     channel_names,
     difference,
     electrode_matrix,
@@ -73,6 +74,8 @@ class Evidence:
     comparison : difference to explain; trials : of single test trials
     noise : between repeats
     effects, prior : the library and the prior of its labels
+    hypotheses : the effects linearised at the nominal solutions
+    recorder : what is recorded
     responses, gains : nominal solutions and (K,) factors on their changes
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
@@ -83,6 +86,8 @@ class Evidence:
     noise: Noise
     effects: tuple[Effect, ...]
     prior: dict[str, float]
+    hypotheses: tuple[Hypothesis, ...]
+    recorder: Recorder
     responses: tuple[Response, ...]
     gains: np.ndarray
     boxes: Disturbances
@@ -172,12 +177,15 @@ def gather(
         warnings.append("no task was repeated: noise levels are those of the configuration")
     comparison, trials = _comparison(records, responses, noise, functions, settings)
     reserved = settings.prior_no_gap + settings.prior_none
+    groups = nominal_body(model, settings.nodes).groups
     return Evidence(
         comparison=comparison,
         trials=trials,
         noise=noise,
         effects=effects,
         prior=decide.priors(effects, reserved),
+        hypotheses=_linearised(effects, comparison, responses, gains, (records.recorder, groups)),
+        recorder=records.recorder,
         responses=responses,
         gains=gains,
         boxes=disturbances(responses, comparison, settings.noise.emg),
@@ -303,15 +311,58 @@ def _levels(
     """
     if not records.recorder.channels:
         return None
-    names = records.recorder.channels
-    columns = [records.channels.index(name) for name in names]
-    curves = []
-    for response in responses:
-        curve = np.zeros((len(functions), len(records.channels)))
-        emg = np.asarray(response.anchor.emg)
-        curve[:, columns] = emg + emg.mean(axis=1, keepdims=True)
-        curves.append(curve)
+    curves = [
+        _emg_curves(emg + emg.mean(axis=1, keepdims=True), len(records.channels))
+        for emg in (np.asarray(response.anchor.emg) for response in responses)
+    ]
     return compress(curves, functions)
+
+
+def _emg_curves(emg: np.ndarray, channels: int) -> np.ndarray:
+    """EMG (N, C) among K channels, (N, K), zero in the others."""
+    curves = np.zeros((len(emg), channels))
+    first = len(KINEMATIC_CHANNELS)
+    curves[:, first : first + emg.shape[1]] = emg
+    return curves
+
+
+def _linearised(
+    effects: Sequence[Effect],
+    comparison: Comparison,
+    responses: Sequence[Response],
+    gains: np.ndarray,
+    seen: tuple[Recorder, np.ndarray],
+) -> tuple[Hypothesis, ...]:
+    """All effects at the nominal solutions; `seen` are electrodes and groups (M,) of muscles."""
+    ones = np.ones(len(comparison.channels))
+    found = []
+    for i, effect in enumerate(effects):
+        factor = gains if effect.changes_body else ones
+        slope = comparison.compress([factor * r.effects[i] for r in responses])
+        own = _own_levels(effect, comparison, responses, seen)
+        found.append(
+            Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros(len(slope)), slope, own)
+        )
+    return tuple(found)
+
+
+def _own_levels(
+    effect: Effect,
+    comparison: Comparison,
+    responses: Sequence[Response],
+    seen: tuple[Recorder, np.ndarray],
+) -> np.ndarray | None:
+    """EMG (D,) of the anchors as far as it comes from muscles that an effect changes themselves."""
+    recorder, groups = seen
+    if not effect.changes_muscle or not recorder.channels:
+        return None
+    share = recorder.electrodes @ (groups == effect.member)
+    if not np.any(share):
+        return None
+    count = len(comparison.channels)
+    return comparison.compress(
+        [_emg_curves(share * np.asarray(r.anchor.emg), count) for r in responses]
+    )
 
 
 def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: int) -> list[Any]:
@@ -326,27 +377,31 @@ def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: i
 
 def fit_all(
     evidence: Evidence,
-    threads: int,
-    present: bool,
+    screened: Sequence[Fit],
     model: ParticipantModel,
-    recorder: Recorder,
     settings: GapSettings,
+    threads: int,
     warnings: list[str],
 ) -> list[Fit]:
-    """All effects fitted; the strongest by solving again; pairs of the strongest."""
+    """All effects; the strongest fitted by solving again; pairs of the strongest.
+
+    Both a derivative and a new solution are approximations of what a person would do: of an effect
+    that is solved again the fit with more evidence counts.
+    """
     c, error = evidence.comparison, settings.signature_error
-    fits = {f.label: f for f in screen(evidence, error)}
-    if not present:
-        return list(fits.values())
-    short = strongest(list(fits.values()), evidence.prior, settings.short_list)
+    fits = {f.label: f for f in screened}
+    short = strongest(screened, evidence.prior, settings.short_list)
     log.info("short list: %s", ", ".join(f.label for f in short))
     # Without reference trials the prediction follows errors of the record: small, so linear.
     again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
-    jobs = [(f, c, evidence.responses, evidence.gains, model, recorder, settings) for f in again]
+    jobs = [
+        (f, c, evidence.responses, evidence.gains, model, evidence.recorder, settings)
+        for f in again
+    ]
     for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
         if after is None:
             warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
-        else:
+        elif after.log_evidence > before.log_evidence:
             fits[before.label] = after
     short = strongest([fits[f.label] for f in short], evidence.prior, PAIRED)
     pairs = [
@@ -365,14 +420,7 @@ def fit_all(
 
 def screen(evidence: Evidence, error: float) -> list[Fit]:
     """All effects fitted to derivatives at the nominal solutions."""
-    c = evidence.comparison
-    fits = []
-    for i, effect in enumerate(evidence.effects):
-        factor = evidence.gains if effect.changes_body else np.ones(len(c.channels))
-        slope = c.compress([factor * r.effects[i] for r in evidence.responses])
-        nothing = np.zeros(slope.shape[1])
-        fits.append(fit(Hypothesis((effect,), nothing, np.zeros(len(slope)), slope), c, error))
-    return fits
+    return [fit(hypothesis, evidence.comparison, error) for hypothesis in evidence.hypotheses]
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

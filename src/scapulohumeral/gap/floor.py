@@ -79,6 +79,23 @@ class Comparison:
         """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
         return solve_triangular(self._factor, vectors, lower=True)
 
+    @cached_property
+    def recruitment(self) -> np.ndarray:
+        """Whitened covariance (D, D) of EMG that changes by `levels`, in any channel and phase."""
+        if self.levels is None:
+            return np.zeros(self.covariance.shape)
+        by_phase = np.diag(self.levels)[:, self.levels != 0.0]
+        white = self.whiten(np.hstack([self.by_channel(self.levels), by_phase]))
+        return white @ white.T
+
+    def by_channel(self, vector: np.ndarray) -> np.ndarray:
+        """Columns (D, T K) that hold a vector's part of one channel of one task each."""
+        size = self.functions.shape[1]
+        columns = np.zeros((len(vector), len(vector) // size))
+        for i, block in enumerate(vector.reshape(-1, size)):
+            columns[i * size : (i + 1) * size, i] = block
+        return columns
+
     def compress(self, curves: Sequence[np.ndarray]) -> np.ndarray:
         """Curves (..., N, K) of each task as coefficients (D, ...)."""
         return compress(curves, self.functions)

@@ -1,8 +1,8 @@
 """The nominal model of one movement, with effects: an optimal control problem and its solutions.
 
-The recorded motion is tracked with the weights of the study; effects change the body (`Body`),
-never the motion to track. Solutions carry a small barrier (`BARRIER`), so that they depend smoothly
-on all parameters and change in few iterations.
+The recorded motion is tracked with the weights of the study, or scapula and clavicle are predicted;
+effects change the body (`Body`), never the motion to track. Solutions carry a small barrier
+(`BARRIER`), so that they depend smoothly on all parameters and change in few iterations.
 
 Letters: N nodes, M muscle elements, n unknowns, m constraints.
 """
@@ -29,7 +29,7 @@ from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.layout import Layout
-from scapulohumeral.ocp.objective import Objective, Trajectory, Weights
+from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.sensitivity import Variant, variant
 from scapulohumeral.ocp.solver import SolverSettings, Start, solve
@@ -45,6 +45,8 @@ HASTY, PATIENT = 25, 80
 EXCITATION_EFFORT = 0.01
 # Rows of the equations that belong to each joint.
 KEPT = ("_nominal_problem", "_nominal")
+# What predictions track; scapula and clavicle are free.
+PREDICTED_FROM = ("humerus", "elbow")
 GH_QUATERNION = slice(8, 12)
 SPEEDS = 10
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
@@ -253,7 +255,7 @@ class Movement:
 
 
 def movement(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Movement:
-    """The tracking problem of a recorded movement with the nominal body of a participant."""
+    """The problem of a recorded movement with the nominal body of a participant."""
     angles = pose_to_trial(observed.pose)
     errors = pose_errors(model.forces.dynamics.name)
     w = settings.weights
@@ -265,6 +267,7 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         excitation_rate=w["excitation_rate"],
         quaternion_norm=w["quaternion_norm"],
         emg=w["activation"],
+        tracked=SEGMENTS if settings.view == "tracking" else PREDICTED_FROM,
     )
     body = nominal_body(model, len(angles))
     objective = Objective(
@@ -279,6 +282,20 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         ),
     )
     return Movement(model.forces, body, objective, angles)
+
+
+def nominal_start(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Start:
+    """Where the nominal solution is looked for: predictions begin at the tracked movement.
+
+    Raises
+    ------
+    SolveError                       the movement cannot be tracked
+    """
+    tracking = movement(model, observed, replace(settings, view="tracking"))
+    start = tracking.cold_start()
+    if settings.view == "tracking":
+        return start
+    return tracking.solved(tracking.body, start, settings.iterations)
 
 
 def nominal_body(model: ParticipantModel, nodes: int) -> Body:

@@ -65,7 +65,11 @@ def refit(
             values.append(gains * value)
             slopes.append(gains * slope)
         hypothesis = Hypothesis(
-            (effect,), x, comparison.compress(values), comparison.compress(slopes)
+            (effect,),
+            x,
+            comparison.compress(values),
+            comparison.compress(slopes),
+            first.hypothesis.own,
         )
         current = fit(hypothesis, comparison, settings.signature_error)
     return current

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Literal
 
 from scapulohumeral.errors import ConfigError
+
+# What the nominal model does: track all segments, or predict scapula and clavicle from the humerus.
+View = Literal["tracking", "prediction"]
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,7 @@ class GapSettings:
     weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     null_bank : file of thresholds from effect-free cases, relative to the configuration
     geometry : keys of section `geometry` that differ for the models of cases
+    view : what the nominal model does
     """
 
     nodes: int
@@ -97,6 +101,7 @@ class GapSettings:
     noise: NoisePrior
     model: ModelSpread
     weights: Mapping[str, float]
+    view: View = "tracking"
 
     def __post_init__(self) -> None:
         """Refuse contradictions."""
@@ -112,8 +117,8 @@ class GapSettings:
             )
 
 
-def read_settings(config: Mapping[str, Any]) -> GapSettings:
-    """Settings of a configuration.
+def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSettings:
+    """Settings of a configuration; predictions have the weights of the study's healthy ones.
 
     Raises
     ------
@@ -123,7 +128,11 @@ def read_settings(config: Mapping[str, Any]) -> GapSettings:
         raise ConfigError("no section 'gap' in the configuration; expected it as in config.yaml.")
     section = dict(config["gap"])
     parts = {"session": SessionSpread, "noise": NoisePrior, "model": ModelSpread}
-    section["weights"] = {**config["weights"]["tracking"], "stability": section.pop("stability", 0)}
+    stability = {"tracking": section.pop("stability", 0.0)}
+    if view == "prediction":
+        stability[view] = config["prediction"]["conditions"]["healthy"]["w_gh"]
+    section["weights"] = {**config["weights"][view], "stability": stability[view]}
+    section["view"] = view
     known = {field.name for field in fields(GapSettings)}
     for name, kind in parts.items():
         expected = {field.name for field in fields(kind)}

@@ -20,7 +20,7 @@ from scapulohumeral.gap.effects.base import Body, Effect, Observed
 from scapulohumeral.gap.effects.emd import PARAMS as DELAY
 from scapulohumeral.gap.effects.emd import Emd
 from scapulohumeral.gap.effects.frames import turn_frame
-from scapulohumeral.gap.forward import Movement, movement, with_state
+from scapulohumeral.gap.forward import Movement, movement, nominal_start, with_state
 from scapulohumeral.gap.observe import difference, phase_functions, predicted
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
@@ -117,7 +117,8 @@ def respond(
     SolveError                       the movement cannot be solved, or its KKT matrix is singular
     """
     move = movement(model, anchor, settings)
-    point = move.solved(move.body, move.cold_start(), settings.iterations)
+    start = nominal_start(model, anchor, settings)
+    point = move.solved(move.body, start, settings.iterations)
     move = with_state(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)
     levers, needed = _balance(move, point)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -167,7 +167,11 @@ class Effect:
     params : the first is the primary amplitude
     needs : kinds of observables without which it cannot be seen
     mimics : families easily taken for it; splitting : trial or sensor that tells them apart
+    changes_muscle : whether it changes muscle elements of the group `member` themselves, so that
+        their electrodes no longer see what they saw
     """
+
+    changes_muscle: ClassVar[bool] = False
 
     side: str
     family: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,6 +20,8 @@ PARAMS = (
 @dataclass(frozen=True)
 class FibreLength(Effect):
     """Optimal fibre and tendon slack lengths of a group times factors."""
+
+    changes_muscle: ClassVar[bool] = True
 
     def apply(self, body: Body, values: Array) -> Body:
         """Scale both lengths."""

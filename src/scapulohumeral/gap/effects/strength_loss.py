@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,6 +29,8 @@ PARAMS = (
 @dataclass(frozen=True)
 class StrengthLoss(Effect):
     """Maximal isometric force of a group times a factor."""
+
+    changes_muscle: ClassVar[bool] = True
 
     def apply(self, body: Body, values: Array) -> Body:
         """Scale active and passive force alike: fibres are missing, not shorter."""

@@ -214,9 +214,10 @@ class Movement:
     def solved(self, body: Body, start: Start, iterations: int) -> Start:
         """Solution for a body.
 
-        IPOPT scales the objective, and the barrier with it, by the gradient where it starts. A cold
-        start ends with another barrier than warm ones, so its solution is solved once more. A cold
-        start that fails is tried again with more patience.
+        A cold start is solved without joint stability first: the joint force of a start may point
+        anywhere, and where it hardly compresses, stability outweighs all else and leads into poor
+        optima. If that fails, it is tried again with more patience. Both solutions end with the
+        same barrier only from a warm start, by whose gradient IPOPT scales.
 
         Raises
         ------
@@ -224,11 +225,16 @@ class Movement:
         """
         if start.multipliers is not None:
             return self._solved(body, start, iterations)
+        free = self._without_stability()
         try:
-            point = self._solved(body, start, iterations)
+            point = free._solved(body, start, iterations)
         except SolveError:
-            point = self._solved(body, start, iterations, PATIENT)
+            point = free._solved(body, start, iterations, PATIENT)
         return self._solved(body, point, iterations)
+
+    def _without_stability(self) -> Movement:
+        weights = replace(self.objective.weights, stability=0.0)
+        return replace(self, objective=replace(self.objective, weights=weights))
 
     def _solved(
         self, body: Body, start: Start, iterations: int, gauss_newton: int = HASTY

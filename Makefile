@@ -44,7 +44,7 @@ gap: $(environment) ## Diagnose the gap between recorded and simulated elevation
 
 blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (an hour)
 	$(study) results/gap/blind/scores.json
-	cp results/gap/blind/scores.json reports/blind_scores.json
+	cp results/gap/blind/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
 
 blind_small: $(environment) ## The same with 20 cases, for a first look (half an hour)
 	$(study) results/gap/blind_small/scores.json

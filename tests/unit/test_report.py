@@ -240,5 +240,24 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     assert rows["time of a diagnosis, median [s]"][1] == "no case"
 
 
+def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
+    rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
+    error = {"relative_error": {"median": 0.3, "n": 2}}
+    scores = {"false_alarms": rate, "detection": rate, "family_top1": rate, "amplitude": error}
+    cards = [
+        {
+            "sealed": {"date": date},
+            "look": "first look",
+            "scored": {"cases": 60},
+            "answered": {"code": "a" * 64},
+            "plants": {"P1": {"all": scores}},
+        }
+        for date in ("2026-01-01", "2026-02-01")
+    ]
+    table = gap_tables.draw_table(cards)
+    assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01"]
+    assert table.rows[0][-2:] == ("50 % [10 %, 90 %], 2 cases", "0.3 (2 cases)")
+
+
 def test_study_without_diagnosis_says_so(html: str) -> None:
     assert "This study diagnoses no gap." in html

@@ -243,9 +243,8 @@ def emg_results(pattern):
 
 
 def blind_scores():
-    """The committed score card of blind cases; none where no gap is diagnosed, or none was scored."""
-    card = Path("reports/blind_scores.json")
-    return [str(card)] if config["diagnose"] and card.exists() else []
+    """Committed score cards of blind cases, the latest draw last; none where no gap is diagnosed."""
+    return sorted(map(str, Path("reports/blind_scores").glob("*.json"))) if config["diagnose"] else []
 
 
 def tracking_results(pattern):

@@ -85,6 +85,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
         ],
         "scores": gap_tables.score_tables(card) if card else {},
         "card": card,
+        "draws": gap_tables.draw_table(study.blind_scores),
     }
 
 

@@ -74,6 +74,36 @@ def candidate_table(diagnosis: Mapping[str, Any]) -> Table:
     return Table(("cause", "probability", "size", "unexplained", "in the 90 % set"), rows)
 
 
+def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
+    """Headline scores on simulated arms of every draw of blind cases, one row each."""
+    rows = []
+    for card in cards:
+        scores = card["plants"]["P1"]["all"]
+        rows.append(
+            (
+                card["sealed"]["date"],
+                card["look"],
+                str(card["scored"]["cases"]),
+                card["answered"]["code"][:16],
+                _rate(scores["false_alarms"]),
+                _rate(scores["detection"]),
+                _rate(scores["family_top1"]),
+                _median(scores["amplitude"]["relative_error"]),
+            )
+        )
+    columns = (
+        "keys sealed",
+        "look",
+        "cases",
+        "code of the answers",
+        "false alarms",
+        "gap found",
+        "family right",
+        "amplitude error, median",
+    )
+    return Table(columns, rows)
+
+
 def score_tables(scores: Mapping[str, Any]) -> dict[str, Table]:
     """Score cards of blind cases by plant, all modes beside each other."""
     return {plant: _score_table(modes) for plant, modes in scores["plants"].items()}

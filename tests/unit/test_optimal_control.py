@@ -52,7 +52,7 @@ def point(make):
         STEP,
     )
     free = problem.layout.join(guess)
-    return free + 0.02 * np.random.default_rng(3).normal(size=free.size)
+    return free + 0.02 * np.random.default_rng(5).normal(size=free.size)
 
 
 def dense(values, structure, shape):

@@ -67,6 +67,20 @@ def test_amplitude_is_found_within_its_interval(relative_error):
     assert abs(np.mean(misses)) < 0.6
 
 
+def test_a_changed_muscle_may_contradict_its_own_electrodes():
+    """A tear under the electrode: the rest of the body tells of it all the same."""
+    plain = hypothesis(GAIN, 5)
+    own = np.zeros(SIZE)
+    own[12:16] = own[52:56] = 30.0
+    delta = plain.slope @ [-0.7]
+    delta[own > 0.0] -= 40.0
+    misled = fit(plain, comparison(delta), 0.3)
+    told = fit(replace(plain, own=own), comparison(delta), 0.3)
+    assert told.x[0] == pytest.approx(-0.7, abs=0.1)
+    assert told.log_evidence > misled.log_evidence + 5.0
+    assert told.hypothesis.part(np.arange(8, 20)).own.sum() == 120.0
+
+
 def test_amplitude_stays_inside_its_bounds():
     h = hypothesis(DAMPING, 1)
     assert fit(h, comparison(h.slope @ [-2.0]), 0.0).x[0] == 0.0

@@ -1,13 +1,16 @@
 """A movement with another body is the problem that is set up for it, and hard ones are retried."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from gap_movement import SETUP, small_movement
+from gap_movement import NODES, SETUP, small_movement
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import forward
-from scapulohumeral.gap.forward import HASTY, PATIENT, BodyProblem
+from scapulohumeral.gap.forward import HASTY, PATIENT, BodyProblem, gh_elevation, with_state
 from scapulohumeral.gap.library import library
+from scapulohumeral.model.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from scapulohumeral.ocp.solver import Start
 
 pytestmark = pytest.mark.unit
@@ -68,6 +71,21 @@ def test_cold_start_that_fails_is_tried_with_more_patience(quaternion_equations,
     assert tried == [(HASTY, False), (PATIENT, False), (HASTY, True)]
 
 
+def test_cold_start_is_solved_without_joint_stability_first(quaternion_equations, monkeypatch):
+    """Cold starts whose joint force hardly compresses ended in poor optima."""
+    move, weights = small_movement(quaternion_equations), []
+
+    def watched(make, start, settings):
+        weights.append(make("exact").objective_function.weights.stability)
+        return solve(make, start, settings)
+
+    solve = forward.solve
+    monkeypatch.setattr(forward, "solve", watched)
+    point = move.solved(move.body, move.cold_start(), 200)
+    move.solved(move.body, point, 200)
+    assert weights == [0.0, 1.0, 1.0]
+
+
 def test_warm_start_that_fails_is_not_tried_again(quaternion_equations, monkeypatch):
     move = small_movement(quaternion_equations)
     point = move.solved(move.body, move.cold_start(), 200)
@@ -78,3 +96,41 @@ def test_warm_start_that_fails_is_not_tried_again(quaternion_equations, monkeypa
     monkeypatch.setattr(forward, "solve", fails)
     with pytest.raises(SolveError, match="no"):
         move.solved(move.body, Start(point.free, point.multipliers), 200)
+
+
+def test_gh_elevation_grows_about_its_axis():
+    rng = np.random.default_rng(1)
+    pose = np.zeros((20, 13))
+    for part in (slice(0, 4), slice(4, 8), slice(8, 12)):
+        pose[:, part] = rng.normal(size=(20, 4))
+        pose[:, part] /= np.linalg.norm(pose[:, part], axis=1, keepdims=True)
+    elevation, lift = gh_elevation(pose)
+    moved = pose.copy()
+    moved[:, 8:12] = quaternion_multiply(pose[:, 8:12], rotation_vector_to_quaternion(1e-6 * lift))
+    np.testing.assert_allclose((gh_elevation(moved)[0] - elevation) / 1e-6, 1.0, atol=1e-4)
+
+
+def test_external_torque_acts_like_a_spring_of_the_model(quaternion_equations):
+    """A capsule and a spring against elevation push the humerus the same way."""
+    move = small_movement(quaternion_equations)
+    point = Start(move.cold_start().free, np.zeros(1))
+    move = with_state(move, point)
+    rest = np.eye(3).ravel()
+    slack, taut = (
+        replace(
+            move.body,
+            parameters={**move.body.parameters, "rest_GH": rest, "joint_stiffness": stiffness},
+        )
+        for stiffness in (np.zeros(4), np.array([0.0, 0.0, 4.0, 0.0]))
+    )
+    problem = move.problem(slack)
+    bare, sprung = problem.con(point.free), move.problem(taut).con(point.free)
+    first = problem.layout.coordinates
+    rows = (sprung - bare)[: problem.collocation.number_of_equations * (NODES - 1)]
+    torque = rows.reshape(-1, NODES - 1)[first : first + 10].T
+    along = np.sum(torque[:, 6:9] * move.body.gh_lift, axis=1)
+    assert np.all(along < 0.0)
+    external = move.problem(replace(slack, external_Nm=torque)).con(point.free)
+    np.testing.assert_allclose(external, sprung, atol=1e-9)
+    stiff = EFFECTS["body/passive_gh"].apply(slack, np.array([10.0, 5.0]))
+    assert np.all(np.sum(stiff.external_Nm[:, 6:9] * move.body.gh_lift, axis=1) < 0.0)

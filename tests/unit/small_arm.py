@@ -70,7 +70,7 @@ def small_objective(name: str, nodes: int, stability: float) -> Objective:
     return Objective(
         errors=errors,
         reference=errors.reference(small_motion(nodes) + 0.05, 0.5),
-        weights=Weights(stability=stability, regularisation=1e-3),
+        weights=Weights(stability=stability, regularisation=3e-3),
         step=STEP,
         glenoid=(0.11, 0.23),
         activity=np.linspace(0.5, 1.0, nodes),

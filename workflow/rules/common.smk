@@ -244,7 +244,9 @@ def emg_results(pattern):
 
 def blind_scores():
     """Committed score cards of blind cases, the latest draw last; none where no gap is diagnosed."""
-    return sorted(map(str, Path("reports/blind_scores").glob("*.json"))) if config["diagnose"] else []
+    return (
+        sorted(map(str, Path("reports/blind_scores").glob("*.json"))) if config["diagnose"] else []
+    )
 
 
 def tracking_results(pattern):

@@ -244,9 +244,8 @@ def emg_results(pattern):
 
 def blind_scores():
     """Committed score cards of blind cases, the latest draw last; none where no gap is diagnosed."""
-    return (
-        sorted(map(str, Path("reports/blind_scores").glob("*.json"))) if config["diagnose"] else []
-    )
+    cards = Path("reports/blind_scores").glob("*.json")
+    return sorted(map(str, cards)) if config["diagnose"] else []
 
 
 def tracking_results(pattern):

@@ -48,6 +48,7 @@ blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagno
 
 blind_small: $(environment) ## The same with 20 cases, for a first look (half an hour)
 	$(study) results/gap/blind_small/scores.json
+	cp results/gap/blind_small/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
 
 bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
 	pytest -m slow --numprocesses $(CORES)

@@ -128,10 +128,10 @@ def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSett
         raise ConfigError("no section 'gap' in the configuration; expected it as in config.yaml.")
     section = dict(config["gap"])
     parts = {"session": SessionSpread, "noise": NoisePrior, "model": ModelSpread}
-    stability = {"tracking": section.pop("stability", 0.0)}
+    stability = section.pop("stability", 0.0)
     if view == "prediction":
-        stability[view] = config["prediction"]["conditions"]["healthy"]["w_gh"]
-    section["weights"] = {**config["weights"][view], "stability": stability[view]}
+        stability = config["prediction"]["conditions"]["healthy"]["w_gh"]
+    section["weights"] = {**config["weights"][view], "stability": stability}
     section["view"] = view
     known = {field.name for field in fields(GapSettings)}
     for name, kind in parts.items():

@@ -196,7 +196,11 @@ class Cases:
 
     @property
     def _cuff(self) -> list[Prediction]:
-        return [p for p in self.headline if p.limited == CUFF_MUSCLES]
+        return [
+            p
+            for p in self.headline
+            if p.limited == CUFF_MUSCLES and p.condition.girdle_stiffness_Nm_per_rad is None
+        ]
 
     def _first(self, chosen: Any) -> Prediction | None:
         return next((p for p in self.headline if chosen(p)), None)

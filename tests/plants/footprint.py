@@ -19,11 +19,14 @@ KINEMATIC = (
 )  # fmt: skip
 PHASE = np.linspace(0.0, 1.0, 101)
 # Registered before any draw: an effect counts as shown if, in some channel, its root mean square
-# over the movement is at least this many standard errors of the difference of the means.
+# over the movement is at least this many standard errors of the difference that a case contains.
 FOOTPRINT_MULTIPLE = 2.0
 # Standard deviation between repeats that it is measured with: degrees, and share of maximum.
 ANGLE_FLOOR_DEG = 1.3
 EMG_FLOOR, EMG_FLOOR_SHARE = 0.015, 0.1
+# Without reference trials a record can be compared with a model only, which misses arms without any
+# effect by 1 to 8 deg and 0.02 to 0.16 of maximum (open cases): nothing smaller can be seen.
+MODEL_ANGLE_DEG, MODEL_EMG = 4.0, 0.08
 
 
 def channel_names(emg: bool) -> tuple[str, ...]:
@@ -46,13 +49,16 @@ def difference(test: Recording, reference: Recording, emg: bool) -> np.ndarray:
     return np.hstack([angles, _at_phase(test, test.emg) - _at_phase(reference, reference.emg)])
 
 
-def floor(reference: Recording, repeats: int, emg: bool) -> np.ndarray:
-    """Standard error (F, K) of the difference between two means of repeats."""
+def floor(reference: Recording, repeats: int, emg: bool, referenced: bool) -> np.ndarray:
+    """Standard error (F, K) of the difference between two means of repeats, or to a model."""
     sd = np.full((len(PHASE), len(KINEMATIC)), ANGLE_FLOOR_DEG)
+    model = np.full(sd.shape, MODEL_ANGLE_DEG)
     if emg:
         share = EMG_FLOOR + EMG_FLOOR_SHARE * _at_phase(reference, reference.emg)
-        sd = np.hstack([sd, share])
-    return sd * np.sqrt(2.0 / repeats)
+        sd, model = np.hstack([sd, share]), np.hstack([model, np.full(share.shape, MODEL_EMG)])
+    if referenced:
+        return sd * np.sqrt(2.0 / repeats)
+    return np.sqrt(sd**2 / repeats + model**2)
 
 
 def footprints(sigma: np.ndarray) -> np.ndarray:

@@ -331,7 +331,7 @@ def _changes(plan: Plan, recordings: Recordings) -> tuple[dict[str, np.ndarray],
     sigma = {}
     for task in plan.tasks:
         test, reference = (recordings[side, task, 0] for side in ("test", "reference"))
-        error = floor(reference, plan.repeats, plan.emg)
+        error = floor(reference, plan.repeats, plan.emg, plan.reference)
         sigma[task] = difference(test, reference, plan.emg) / error
     return sigma, np.max([footprints(change) for change in sigma.values()], axis=0)
 

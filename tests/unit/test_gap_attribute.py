@@ -7,7 +7,7 @@ import pytest
 from gap_movement import NODES, SETUP
 
 from scapulohumeral.gap.attribute import (
-    RECRUITMENT,
+    SHAPE_ERROR,
     SPREAD_SHARE,
     Hypothesis,
     SignatureError,
@@ -52,11 +52,11 @@ def drawn(predicted, relative, seed):
     """A difference whose channels follow a prediction as well as the signature error says."""
     rng = np.random.default_rng(seed)
     factors = np.repeat(1.0 + relative * rng.normal(size=SIZE // 4), 4)
-    spread = SPREAD_SHARE * relative * np.linalg.norm(predicted) / np.sqrt(SIZE)
-    return factors * predicted + spread * rng.normal(size=SIZE) + noise(seed)
+    shape = SHAPE_ERROR["kinematics"] * relative * np.sqrt(np.mean(predicted**2))
+    return factors * predicted + shape * rng.normal(size=SIZE) + noise(seed)
 
 
-@pytest.mark.parametrize("relative_error", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3])
 def test_amplitude_is_found_within_its_interval(relative_error):
     h = hypothesis(DAMPING, 1)
     misses = []
@@ -70,12 +70,12 @@ def test_amplitude_is_found_within_its_interval(relative_error):
 def test_a_changed_muscle_may_contradict_its_own_electrodes():
     """A tear under the electrode: the rest of the body tells of it all the same."""
     plain = hypothesis(GAIN, 5)
-    own = np.zeros(SIZE)
+    own = np.zeros((SIZE, 1))
     own[12:16] = own[52:56] = 30.0
     delta = plain.slope @ [-0.7]
-    delta[own > 0.0] -= 40.0
-    misled = fit(plain, comparison(delta), 0.3)
-    told = fit(replace(plain, own=own), comparison(delta), 0.3)
+    delta[own[:, 0] > 0.0] -= 40.0
+    misled = fit(plain, comparison(delta), 0.1)
+    told = fit(replace(plain, own=own), comparison(delta), 0.1)
     assert told.x[0] == pytest.approx(-0.7, abs=0.1)
     assert told.log_evidence > misled.log_evidence + 5.0
     assert told.hypothesis.part(np.arange(8, 20)).own.sum() == 120.0
@@ -146,33 +146,48 @@ def error_covariance(error):
     return np.linalg.inv(error.solve(np.eye(SIZE)))
 
 
-def test_signature_error_scales_with_the_prediction():
+def test_signature_error_of_an_effect_on_the_record_scales_with_the_prediction():
     there = comparison(noise(0), 2.0)
     predicted = np.random.default_rng(1).normal(size=SIZE)
-    error = SignatureError(there, predicted, 0.3, recruits=True)
+    error = SignatureError(there, predicted, 0.3, controlled=False)
     white = predicted / 2.0
     dense = error_covariance(error)
     assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
     np.testing.assert_allclose(
-        np.trace(dense), SIZE + 0.09 * (white @ white) * (1.0 + 0.3**2), rtol=1e-9
+        np.trace(dense), SIZE + 0.09 * (white @ white) * (1.0 + SPREAD_SHARE**2), rtol=1e-9
     )
 
 
-def test_load_may_show_in_channels_that_the_model_leaves_silent():
-    """The second channel has EMG but no predicted change: it may change by the same share."""
-    levels = np.zeros(SIZE)
-    levels[:8] = [1.0, 0.5, 0.2, 0.1, 2.0, 1.0, 0.4, 0.2]
+def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
+    """Angles change in one task alone: others may change as much, EMG may not."""
+    channels = (*KINEMATIC_CHANNELS[:9], "EMG_a")
+    there = replace(comparison(noise(0), 2.0), channels=channels)
     predicted = np.zeros(SIZE)
-    predicted[:4] = 0.3 * levels[:4]
-    there = replace(comparison(noise(0)), levels=levels)
-    with_it, without = (
-        error_covariance(SignatureError(there, predicted, 0.3, recruits=r)) for r in (True, False)
+    predicted[:4] = 3.0
+    controlled, exact = (
+        error_covariance(SignatureError(there, predicted, 0.3, controlled=c)) for c in (True, False)
     )
-    added = with_it - without
-    share = RECRUITMENT * 0.3 * 0.3 * np.linalg.norm(levels[:4]) / np.linalg.norm(levels)
-    np.testing.assert_allclose(np.diag(added)[:8], 2.0 * (share * levels[:8]) ** 2, rtol=1e-8)
-    np.testing.assert_allclose(added[8:, 8:], 0.0, atol=1e-10)
-    np.testing.assert_allclose(added[:4, 4:8], 0.0, atol=1e-10)
+    angles, emg = there.channel_rows(channels[:9]), there.channel_rows(channels[9:])
+    white = predicted / 2.0
+    spread = (SPREAD_SHARE * 0.3) ** 2 * np.mean(white**2)
+    shape = (SHAPE_ERROR["kinematics"] * 0.3) ** 2 * np.mean(white[angles] ** 2)
+    added = controlled - exact + spread * np.eye(SIZE)
+    expected = np.zeros(SIZE)
+    expected[angles] = shape
+    np.testing.assert_allclose(added, np.diag(expected), atol=1e-10)
+    assert not np.any(expected[emg])
+
+
+def test_a_pair_keeps_the_errors_that_both_muscles_make_under_their_electrodes():
+    one, two = hypothesis(GAIN, 1), hypothesis(LOAD, 2)
+    own = np.zeros((SIZE, 1))
+    own[4:8] = 1.0
+    there = comparison(noise(3))
+    fitted = [fit(h, there, 0.2) for h in (replace(one, own=own), two)]
+    both, reverse = pair(*fitted), pair(*fitted[::-1])
+    np.testing.assert_array_equal(both.own, np.hstack([own, np.zeros((SIZE, 2))]))
+    np.testing.assert_array_equal(reverse.own, np.hstack([np.zeros((SIZE, 2)), own]))
+    assert pair(fitted[1], fitted[1]).own is None
 
 
 def test_effects_on_the_record_are_known_better():

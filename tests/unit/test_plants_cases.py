@@ -159,10 +159,13 @@ def test_footprint_counts_standard_errors() -> None:
     time, angles = np.linspace(0, 1, 50), small_motion(50)
     reference = Recording(time, angles, np.zeros((50, 8)))
     shifted = Recording(time, angles + np.deg2rad(5.2) * (np.arange(10) == 9), np.zeros((50, 8)))
-    error = floor(reference, 2, emg=False)
+    error = floor(reference, 2, emg=False, referenced=True)
     size = footprints(difference(shifted, reference, emg=False) / error)
     np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3], atol=1e-6)
     assert len(KINEMATIC) == 10
+    alone = floor(reference, 2, emg=True, referenced=False)
+    np.testing.assert_allclose(alone[:, :10], np.hypot(1.3 / np.sqrt(2.0), 4.0))
+    np.testing.assert_allclose(alone[:, 10:], np.hypot(0.015 / np.sqrt(2.0), 0.08))
 
 
 def test_noise_is_smooth_and_differs_between_repeats() -> None:

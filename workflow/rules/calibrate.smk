@@ -1,6 +1,9 @@
 # Strength and fibre length of muscle groups from EMG, and daily tasks that test them.
 #
 # Parameters of the reference plant enter the score only.
+#
+# Priorities, here and in earlier rules: calibrations are long and predictions wait for them, so
+# whatever leads to one goes first. Otherwise the last of them would run alone at the end.
 
 
 rule calibrate:
@@ -23,6 +26,7 @@ rule calibrate:
         python="results/logs/calibrate/{participant}.python.log",
     benchmark:
         "results/benchmarks/calibrate/{participant}.jsonl"
+    priority: 5
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),

@@ -12,6 +12,7 @@ rule simulate_contractions:
         python="results/logs/simulate_contractions/{participant}.python.log",
     benchmark:
         "results/benchmarks/simulate_contractions/{participant}.jsonl"
+    priority: 4
     params:
         electrodes=lookup(within=config, dpath="emg/simulation"),
     threads: 1
@@ -41,6 +42,7 @@ rule simulate_elevations:
         python="results/logs/simulate_elevations/{participant}.python.log",
     benchmark:
         "results/benchmarks/simulate_elevations/{participant}.jsonl"
+    priority: 4
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
@@ -112,6 +114,7 @@ rule process_emg:
         python="results/logs/process_emg/{participant}_{trial}.python.log",
     benchmark:
         "results/benchmarks/process_emg/{participant}_{trial}.jsonl"
+    priority: 4
     params:
         envelope=lookup(within=config, dpath="emg/envelope"),
         quality=lookup(within=config, dpath="emg/quality"),

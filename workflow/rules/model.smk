@@ -23,6 +23,7 @@ rule build_participant_model:
         python="results/logs/build_participant_model/{participant}.python.log",
     benchmark:
         "results/benchmarks/build_participant_model/{participant}.jsonl"
+    priority: 3
     params:
         masses=lookup(within=config, dpath="masses"),
     threads: 1
@@ -52,6 +53,7 @@ rule sample_muscle_geometry:
         python="results/logs/sample_muscle_geometry/{participant}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/sample_muscle_geometry/{participant}_{formulation}.jsonl"
+    priority: 3
     params:
         poses=lookup(within=config, dpath="geometry/poses"),
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
@@ -81,6 +83,7 @@ rule fit_muscle_geometry:
         python="results/logs/fit_muscle_geometry/{participant}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/fit_muscle_geometry/{participant}_{formulation}.jsonl"
+    priority: 3
     params:
         length_target_m=lookup(within=config, dpath="geometry/length_target_m"),
         arm_target_m=lookup(within=config, dpath="geometry/arm_target_m"),
@@ -103,6 +106,7 @@ rule fit_thorax:
         python="results/logs/fit_thorax/{participant}.python.log",
     benchmark:
         "results/benchmarks/fit_thorax/{participant}.jsonl"
+    priority: 3
     threads: 1
     message:
         "Thorax surface of participant {wildcards.participant}"
@@ -119,6 +123,7 @@ rule build_equations:
         python="results/logs/build_equations/{formulation}.python.log",
     benchmark:
         "results/benchmarks/build_equations/{formulation}.jsonl"
+    priority: 3
     threads: 1
     message:
         "Equations of motion with {wildcards.formulation} coordinates"

@@ -18,6 +18,7 @@ rule solve_tracking:
         python="results/logs/solve_tracking/{participant}_{trial}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/solve_tracking/{participant}_{trial}_{formulation}.jsonl"
+    priority: 2
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),

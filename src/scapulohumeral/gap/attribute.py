@@ -1,12 +1,12 @@
 """How well each effect explains a difference: evidence, amplitudes, refits by solving again.
 
 The difference d has covariance C without effects. Effect k predicts m(x) of internal parameters x,
-with an error of its own: each channel of each task may be off by a common factor, a little of
-everything anywhere (`signature_error`), and a person may share out a load among muscles in another
-way than the model's least effort, so that EMG changes in channels that the model leaves silent. Its
-log evidence integrates the Gaussian likelihood of d over the prior of x by Laplace's method. "None
-of these" are smooth generalised forces and smooth errors of EMG channels of unknown size: what the
-black box can explain, no effect has explained.
+with an error of its own: each channel of each task may be off by a common factor
+(`signature_error`), and a person may share out a load among muscles and joints in another way than
+the model's least effort, so that angles or EMG change about as much, but elsewhere and at other
+phases. Its log evidence integrates the Gaussian likelihood of d over the prior of x by Laplace's
+method. "None of these" are smooth generalised forces and smooth errors of EMG channels of unknown
+size: what the black box can explain, no effect has explained.
 
 Letters: D coefficients, P parameters, T tasks, K channels, N nodes, B phase functions.
 """
@@ -18,24 +18,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import lsq_linear, minimize_scalar
+from scipy.optimize import lsq_linear
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
 
-# Share of the signature error that is spread over all channels, also those an effect leaves alone.
+# Share of the signature error that is spread over all channels, for effects on the record.
 SPREAD_SHARE = 0.3
-# Error of the share by which EMG channels change with a load, in units of the signature error: at a
-# signature error of 0.3, channels that the model leaves silent may change by as much as the others.
-RECRUITMENT = 3.0
+# Error of the shape of what muscles change, of each kind of channel by itself and in units of the
+# signature error. In simulated persons with another control, angles changed with hardly the shape
+# that the model predicts (cosine 0 to 0.5), EMG with a similar one (0.6 to 0.9).
+SHAPE_ERROR = {"kinematics": 2.0, "emg": 1.0, "contact_force": 1.0}
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
 # Spread of the gain with which a muscle that has changed itself appears on its electrodes, for a
 # change of one unit on the internal scale: torn or wasted parts of it are no longer driven.
 OWN_GAIN = 1.0
-# Sizes over that of least squares among which the most probable one is looked for.
-SMALLEST_FACTOR, LARGEST_FACTOR = 0.5, 6.0
+# Least squares are repeated with new errors until parameters change by less than this share of
+# their prior spread, at most so often.
+REWEIGHTINGS, SETTLED = 12, 0.01
 BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
 
 
@@ -48,8 +50,8 @@ class Hypothesis:
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
     value : (D,) change predicted there; slope : (D, P) per unit
-    own : (D,) EMG of channels over muscles that the effects themselves change, zero elsewhere;
-        None if there are none
+    own : (D, P) EMG of channels over muscles that a parameter changes themselves, zero elsewhere;
+        None if no parameter does
     """
 
     effects: tuple[Effect, ...]
@@ -85,7 +87,7 @@ class Hypothesis:
         """
         controlled = any(effect.changes_body for effect in self.effects)
         share = relative if controlled else RECORD_SHARE * relative
-        own = None if self.own is None or not relative else OWN_GAIN * abs(x[0]) * self.own
+        own = None if self.own is None or not relative else OWN_GAIN * np.abs(x) * self.own
         return SignatureError(comparison, self.predict(x), share, controlled, own)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
@@ -131,9 +133,8 @@ class SignatureError:
     comparison : what is explained
     predicted : (D,) predicted change
     relative : error of each channel's predicted change, relative
-    recruits : whether the change comes from muscles that share out a load: then it may appear in
-        other EMG channels than those of the muscles that the model recruits
-    own : (D,) further error of single channels, common to one channel of one task
+    controlled : whether muscles make the change, so that its shape depends on a person's control
+    own : (D, P) further errors of single channels, each common to one channel of one task
     """
 
     def __init__(
@@ -141,20 +142,24 @@ class SignatureError:
         comparison: Comparison,
         predicted: np.ndarray,
         relative: float,
-        recruits: bool,
+        controlled: bool,
         own: np.ndarray | None = None,
     ) -> None:
-        whole = comparison.whiten(predicted)
-        spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
         columns = [relative * comparison.by_channel(predicted)]
         if own is not None:
-            columns.append(comparison.by_channel(own))
+            columns += [comparison.by_channel(one) for one in own.T if np.any(one)]
         white = comparison.whiten(np.hstack(columns))
         covariance = white @ white.T
-        covariance[np.diag_indices_from(covariance)] += 1.0 + spread
-        if recruits and comparison.levels is not None:
-            level = RECRUITMENT * relative * _share(predicted, comparison.levels)
-            covariance += level**2 * comparison.recruitment
+        covariance[np.diag_indices_from(covariance)] += 1.0
+        if controlled:
+            for kind in comparison.kinds:
+                size = SHAPE_ERROR[kind.name] * relative
+                mean_square = float(np.mean((predicted[kind.rows] / kind.deviations) ** 2))
+                covariance += size**2 * mean_square * kind.covariance
+        else:
+            whole = comparison.whiten(predicted)
+            spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
+            covariance[np.diag_indices_from(covariance)] += spread
         self._factor = cho_factor(covariance, lower=True)
         self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
 
@@ -168,37 +173,45 @@ class SignatureError:
         return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
 
 
-def _share(predicted: np.ndarray, levels: np.ndarray) -> float:
-    """Share of its level by which EMG changes in total."""
-    seen = levels != 0.0
-    return float(np.linalg.norm(predicted[seen])) / max(float(np.linalg.norm(levels)), 1e-12)
-
-
 def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
     """Most probable parameters inside their bounds, and evidence by Laplace's method."""
     low, high = hypothesis.bounds
     first = np.eye(len(low))[0] * hypothesis.prior_sd
     # Errors grow with predictions: what contradicts a small effect, a large one may bear.
     starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
-    fits = [_reweighted(hypothesis, comparison, relative_error, start) for start in starts]
+    fits = [_settled(hypothesis, comparison, relative_error, start) for start in starts]
     losses = [_loss(hypothesis, comparison, relative_error, x) for x in fits]
     x = fits[int(np.argmin(losses))]
-    if relative_error > 0.0:
-        x = _reweighted(hypothesis, comparison, relative_error, x)
-        x = _rescaled(hypothesis, comparison, x, relative_error)
-    slope, white = comparison.whiten(hypothesis.slope), comparison.whiten(comparison.delta)
+    slope = comparison.whiten(hypothesis.slope)
     error = hypothesis.error(x, comparison, relative_error)
     curvature = slope.T @ error.solve(slope) + np.diag(hypothesis.prior_sd**-2.0)
-    residual = white - comparison.whiten(hypothesis.predict(x))
+    residual = _residual(hypothesis, comparison, x)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
-        -_loss(hypothesis, comparison, relative_error, x)
+        error.log_density(residual)
+        + _log_prior(hypothesis, x)
         + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
     )
     left = float(residual @ residual)
     return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
+
+
+def _settled(
+    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, start: np.ndarray
+) -> np.ndarray:
+    """Parameters (P,) that least squares with the error of their own prediction returns.
+
+    The most probable ones would be too small wherever predictions are better than their error
+    says, because a smaller effect claims a smaller error.
+    """
+    x = start
+    for _ in range(REWEIGHTINGS if relative_error > 0.0 else 1):
+        before, x = x, _reweighted(hypothesis, comparison, relative_error, x)
+        if np.all(np.abs(x - before) < SETTLED * hypothesis.prior_sd):
+            break
+    return x
 
 
 def _reweighted(
@@ -216,32 +229,17 @@ def _loss(
     hypothesis: Hypothesis, comparison: Comparison, relative_error: float, x: np.ndarray
 ) -> float:
     """Negative log density of the difference and the parameters (P,), up to one-sided priors."""
-    residual = comparison.whiten(comparison.delta - hypothesis.predict(x))
-    density = hypothesis.error(x, comparison, relative_error).log_density(residual)
-    return -density - float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
+    error = hypothesis.error(x, comparison, relative_error)
+    return -error.log_density(_residual(hypothesis, comparison, x)) - _log_prior(hypothesis, x)
 
 
-def _rescaled(
-    hypothesis: Hypothesis, comparison: Comparison, x: np.ndarray, relative_error: float
-) -> np.ndarray:
-    """The same mixture of parameters, of the most probable size.
+def _residual(hypothesis: Hypothesis, comparison: Comparison, x: np.ndarray) -> np.ndarray:
+    """What parameters (P,) leave of the whitened difference, (D,)."""
+    return comparison.whiten(comparison.delta - hypothesis.predict(x))
 
-    Least squares with the error of a given prediction makes effects too small, because the error
-    grows with them: a larger effect is contradicted less.
-    """
-    low, high = hypothesis.bounds
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reach = np.where(x > 0.0, high / x, np.where(x < 0.0, low / x, np.inf))
-    largest = min(float(reach.min()), LARGEST_FACTOR)
-    if not np.any(x) or largest <= SMALLEST_FACTOR:
-        return x
 
-    def loss(log_factor: float) -> float:
-        return _loss(hypothesis, comparison, relative_error, np.exp(log_factor) * x)
-
-    ends = (np.log(SMALLEST_FACTOR), np.log(largest))
-    best = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.05})
-    return np.clip(np.exp(best.x) * x, low, high)
+def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
+    return float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
 
 
 def _bounded(
@@ -330,8 +328,15 @@ def pair(first: Fit, second: Fit) -> Hypothesis:
         at=np.concatenate([one.at, two.at]),
         value=one.value + two.value,
         slope=np.hstack([one.slope, two.slope]),
-        own=one.own if two.own is None else two.own,
+        own=_both_own(one, two),
     )
+
+
+def _both_own(one: Hypothesis, two: Hypothesis) -> np.ndarray | None:
+    if one.own is None and two.own is None:
+        return None
+    parts = (np.zeros_like(h.slope) if h.own is None else h.own for h in (one, two))
+    return np.hstack(list(parts))
 
 
 def distance(

@@ -30,7 +30,8 @@ UNANSWERED = "unanswered"
 # Fixed before keys are drawn, and published with their hashes.
 REGISTERED = {
     "shown": "an effect counts if its noise-free change is at least footprint_multiple standard "
-    "errors (root mean square over the movement) in one channel of a visible task",
+    "errors (root mean square over the movement) in one channel of a visible task; without "
+    "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
     "family_top1": "family with the largest summed probability, among none and no_gap",
     "class_top1": "the most probable class, or candidate without one, holds the right family",
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "

@@ -102,8 +102,9 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
+    settings = replace(settings, signature_error=evidence.signature_error)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
-    screened = screen(evidence, settings.signature_error)
+    screened = screen(evidence)
     slopes = [hypothesis.slope for hypothesis in evidence.hypotheses]
     is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)

@@ -13,10 +13,19 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.special import logsumexp
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import decide
-from scapulohumeral.gap.attribute import Fit, Hypothesis, fit, pair, strongest
+from scapulohumeral.gap.attribute import (
+    Fit,
+    Hypothesis,
+    black_box_evidence,
+    fit,
+    no_gap_evidence,
+    pair,
+    strongest,
+)
 from scapulohumeral.gap.case import Case, GapTrial
 from scapulohumeral.gap.effects.base import Effect, Observed, Setup
 from scapulohumeral.gap.floor import Comparison, Noise, compress, total_covariance, trial_noise
@@ -41,6 +50,11 @@ from scapulohumeral.gap.signatures import Recorder, Response, respond
 log = logging.getLogger(__name__)
 
 SHOULDER_JOINTS = 3
+# Shares of what sessions are assumed to change, and of the signature error: the most probable ones
+# are taken. Some people repeat themselves better than others, and laboratories their preparations;
+# and the model resembles some people more than others.
+SESSION_SHARES = (1.0, 0.5, 0.25)
+ERROR_SHARES = (1.0, 1.0 / 3.0)
 # How well the model's EMG level is known before it has been compared with the reference.
 GAIN_PRIOR_SD = 0.5
 # Pairs are considered among this many of the short list.
@@ -79,6 +93,7 @@ class Evidence:
     responses, gains : nominal solutions and (K,) factors on their changes
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
+    signature_error : relative error of predicted changes
     """
 
     comparison: Comparison
@@ -92,6 +107,7 @@ class Evidence:
     gains: np.ndarray
     boxes: Disturbances
     referenced: bool
+    signature_error: float
 
 
 def read_records(
@@ -175,22 +191,48 @@ def gather(
     noise = _noise(records, functions, settings)
     if not noise.degrees:
         warnings.append("no task was repeated: noise levels are those of the configuration")
-    comparison, trials = _comparison(records, responses, noise, functions, settings)
-    reserved = settings.prior_no_gap + settings.prior_none
     groups = nominal_body(model, settings.nodes).groups
-    return Evidence(
-        comparison=comparison,
-        trials=trials,
+    supposed = Evidence(
+        *_comparison(records, responses, noise, functions, settings, 1.0),
         noise=noise,
         effects=effects,
-        prior=decide.priors(effects, reserved),
-        hypotheses=_linearised(effects, comparison, responses, gains, (records.recorder, groups)),
+        prior=decide.priors(effects, settings.prior_no_gap + settings.prior_none),
+        hypotheses=_linearised(effects, functions, responses, gains, (records.recorder, groups)),
         recorder=records.recorder,
         responses=responses,
         gains=gains,
-        boxes=disturbances(responses, comparison, settings.noise.emg),
+        boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
+        signature_error=settings.signature_error,
     )
+    # Without reference trials the model's own error counts far more than what sessions change.
+    differences = [
+        _comparison(records, responses, noise, functions, settings, share)
+        for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
+    ]
+    tried = [
+        replace(
+            supposed,
+            comparison=whole,
+            trials=trials,
+            signature_error=share * settings.signature_error,
+        )
+        for whole, trials in differences
+        for share in ERROR_SHARES
+    ]
+    density = [_density(evidence, settings) for evidence in tried]
+    log.info("log density by session share and signature error: %s", np.round(density, 1).tolist())
+    return tried[int(np.argmax(density))]
+
+
+def _density(evidence: Evidence, settings: GapSettings) -> float:
+    """Log density of the difference, over all explanations."""
+    c = evidence.comparison
+    logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in screen(evidence)]
+    logs.append(black_box_evidence(c, evidence.boxes.columns) + np.log(settings.prior_none))
+    logs.append(no_gap_evidence(c) + np.log(settings.prior_no_gap))
+    _, logdet = np.linalg.slogdet(c.covariance)
+    return float(logsumexp(logs) - 0.5 * logdet)
 
 
 def _respond_or_reason(*job: Any) -> Response | SolveError:
@@ -261,7 +303,9 @@ def _comparison(
     noise: Noise,
     functions: np.ndarray,
     settings: GapSettings,
+    share: float,
 ) -> tuple[Comparison, tuple[TrialDifference, ...]]:
+    """Mean differences and those of single trials, with a share of what sessions change."""
     tasks = tuple(records.anchors)
     bases = [records.anchors[r.task] if records.reference else r.nominal for r in responses]
     singles = [
@@ -279,13 +323,14 @@ def _comparison(
         repeats = block_diag(*(weight * noise.covariance for weight in weights))
         return Comparison(
             delta=compress(curves_, functions),
-            covariance=total_covariance(repeats, [responses[i] for i in index], functions, spread),
+            covariance=total_covariance(
+                repeats, [responses[i] for i in index], functions, spread, share
+            ),
             noise=repeats,
             functions=functions,
             tasks=tuple(tasks[i] for i in index),
             channels=records.channels,
             degrees=noise.worth,
-            levels=_levels([responses[i] for i in index], records, functions),
         )
 
     whole = made(
@@ -301,23 +346,6 @@ def _comparison(
     return whole, trials
 
 
-def _levels(
-    responses: Sequence[Response], records: Records, functions: np.ndarray
-) -> np.ndarray | None:
-    """EMG (D,) of the anchors of some tasks; None without EMG.
-
-    To each channel's own the mean of all is added: a load may be taken over by a muscle that was
-    hardly active without it.
-    """
-    if not records.recorder.channels:
-        return None
-    curves = [
-        _emg_curves(emg + emg.mean(axis=1, keepdims=True), len(records.channels))
-        for emg in (np.asarray(response.anchor.emg) for response in responses)
-    ]
-    return compress(curves, functions)
-
-
 def _emg_curves(emg: np.ndarray, channels: int) -> np.ndarray:
     """EMG (N, C) among K channels, (N, K), zero in the others."""
     curves = np.zeros((len(emg), channels))
@@ -328,18 +356,17 @@ def _emg_curves(emg: np.ndarray, channels: int) -> np.ndarray:
 
 def _linearised(
     effects: Sequence[Effect],
-    comparison: Comparison,
+    functions: np.ndarray,
     responses: Sequence[Response],
     gains: np.ndarray,
     seen: tuple[Recorder, np.ndarray],
 ) -> tuple[Hypothesis, ...]:
     """All effects at the nominal solutions; `seen` are electrodes and groups (M,) of muscles."""
-    ones = np.ones(len(comparison.channels))
     found = []
     for i, effect in enumerate(effects):
-        factor = gains if effect.changes_body else ones
-        slope = comparison.compress([factor * r.effects[i] for r in responses])
-        own = _own_levels(effect, comparison, responses, seen)
+        factor = gains if effect.changes_body else np.ones_like(gains)
+        slope = compress([factor * r.effects[i] for r in responses], functions)
+        own = _own_levels(effect, functions, responses, seen)
         found.append(
             Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros(len(slope)), slope, own)
         )
@@ -348,21 +375,24 @@ def _linearised(
 
 def _own_levels(
     effect: Effect,
-    comparison: Comparison,
+    functions: np.ndarray,
     responses: Sequence[Response],
     seen: tuple[Recorder, np.ndarray],
 ) -> np.ndarray | None:
-    """EMG (D,) of the anchors as far as it comes from muscles that an effect changes themselves."""
+    """EMG (D, P) of the anchors as far as it comes from muscles that an effect changes themselves.
+
+    It changes with the primary parameter.
+    """
     recorder, groups = seen
     if not effect.changes_muscle or not recorder.channels:
         return None
     share = recorder.electrodes @ (groups == effect.member)
     if not np.any(share):
         return None
-    count = len(comparison.channels)
-    return comparison.compress(
-        [_emg_curves(share * np.asarray(r.anchor.emg), count) for r in responses]
-    )
+    anchors = [response.anchor for response in responses]
+    count = responses[0].session.shape[-1]
+    levels = compress([_emg_curves(share * np.asarray(a.emg), count) for a in anchors], functions)
+    return np.outer(levels, np.eye(len(effect.params))[0])
 
 
 def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: int) -> list[Any]:
@@ -418,9 +448,12 @@ def fit_all(
     return [*fits.values(), *pairs]
 
 
-def screen(evidence: Evidence, error: float) -> list[Fit]:
+def screen(evidence: Evidence) -> list[Fit]:
     """All effects fitted to derivatives at the nominal solutions."""
-    return [fit(hypothesis, evidence.comparison, error) for hypothesis in evidence.hypotheses]
+    return [
+        fit(hypothesis, evidence.comparison, evidence.signature_error)
+        for hypothesis in evidence.hypotheses
+    ]
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

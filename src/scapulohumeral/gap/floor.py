@@ -49,6 +49,23 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
+class Kind:
+    """Channels of one kind in a comparison.
+
+    Attributes
+    ----------
+    name : of the kind; rows : (R,) positions of its coefficients in (D,)
+    deviations : (R,) standard deviations between repeats
+    covariance : (D, D), whitened, of independent changes of all of them by one deviation
+    """
+
+    name: str
+    rows: np.ndarray
+    deviations: np.ndarray
+    covariance: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """A difference to explain, and its covariance without any effect.
 
@@ -59,7 +76,6 @@ class Comparison:
     functions : (N, B) phase functions
     tasks : (T,) names; channels : (K,) names
     degrees : that the noise is known with
-    levels : (D,) EMG that changes are relative to, zero in other channels; None without EMG
     """
 
     delta: np.ndarray
@@ -69,7 +85,6 @@ class Comparison:
     tasks: tuple[str, ...]
     channels: tuple[str, ...]
     degrees: float
-    levels: np.ndarray | None = None
 
     @cached_property
     def _factor(self) -> np.ndarray:
@@ -80,13 +95,18 @@ class Comparison:
         return solve_triangular(self._factor, vectors, lower=True)
 
     @cached_property
-    def recruitment(self) -> np.ndarray:
-        """Whitened covariance (D, D) of EMG that changes by `levels`, in any channel and phase."""
-        if self.levels is None:
-            return np.zeros(self.covariance.shape)
-        by_phase = np.diag(self.levels)[:, self.levels != 0.0]
-        white = self.whiten(np.hstack([self.by_channel(self.levels), by_phase]))
-        return white @ white.T
+    def kinds(self) -> tuple[Kind, ...]:
+        """Kinds of channels that there are."""
+        found = dict.fromkeys(channel_kind(name) for name in self.channels)
+        return tuple(self._kind(name) for name in found)
+
+    def _kind(self, name: str) -> Kind:
+        rows = self.channel_rows([c for c in self.channels if channel_kind(c) == name])
+        deviations = np.sqrt(np.diag(self.noise)[rows])
+        columns = np.zeros((len(self.delta), len(rows)))
+        columns[rows, np.arange(len(rows))] = deviations
+        white = self.whiten(columns)
+        return Kind(name, rows, deviations, white @ white.T)
 
     def by_channel(self, vector: np.ndarray) -> np.ndarray:
         """Columns (D, T K) that hold a vector's part of one channel of one task each."""
@@ -142,7 +162,6 @@ class Comparison:
             delta=self.delta[rows],
             covariance=self.covariance[square],
             noise=self.noise[square],
-            levels=None if self.levels is None else self.levels[rows],
         )
 
     def channel_rows(self, channels: Sequence[str]) -> np.ndarray:
@@ -245,6 +264,7 @@ def total_covariance(
     responses: Sequence[Response],
     functions: np.ndarray,
     model: tuple[ModelSpread, Sequence[str]] | None,
+    share: float = 1.0,
 ) -> np.ndarray:
     """Covariance (D, D) of a difference without any effect.
 
@@ -254,12 +274,13 @@ def total_covariance(
     responses : of the tasks, with nuisances
     functions : (N, B)
     model : spread of the model's own error and names of the channels; None with reference trials
+    share : of the nuisances' standard deviations
     """
     total = noise.copy()
     posture = [compress([response.posture], functions) for response in responses]
-    total += block_diag(*(columns @ columns.T for columns in posture))
+    total += share**2 * block_diag(*(columns @ columns.T for columns in posture))
     session = compress([response.session for response in responses], functions)
-    total += session @ session.T
+    total += share**2 * session @ session.T
     if model is not None:
         spread, channels = model
         total += np.diag(

@@ -12,6 +12,7 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import cyipopt
 import numpy as np
@@ -43,12 +44,13 @@ HASTY, PATIENT = 25, 80
 # Share of the effort that counts excitations instead of activations, for all muscles: without it
 # the cost of a single muscle's effort could not be varied to both sides of the nominal one.
 EXCITATION_EFFORT = 0.01
-# Rows of the equations that belong to each joint.
+# What takes longer to set up than to differentiate, and serves all variants of a movement.
 KEPT = ("_nominal_problem", "_nominal")
 # What predictions track; scapula and clavicle are free.
 PREDICTED_FROM = ("humerus", "elbow")
 GH_QUATERNION = slice(8, 12)
 SPEEDS = 10
+# Rows of the equations that belong to each joint.
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 
 
@@ -233,8 +235,21 @@ class Movement:
         return self._solved(body, point, iterations)
 
     def _without_stability(self) -> Movement:
-        weights = replace(self.objective.weights, stability=0.0)
-        return replace(self, objective=replace(self.objective, weights=weights))
+        return self.with_weights(replace(self.objective.weights, stability=0.0))
+
+    def with_weights(self, weights: Weights) -> Movement:
+        """The same movement with other weights."""
+        return self._varied(objective=replace(self.objective, weights=weights))
+
+    def with_nominal_body(self, body: Body) -> Movement:
+        """The same movement with another nominal body of equal equations without effects."""
+        return self._varied(body=body)
+
+    def _varied(self, **changes: Any) -> Movement:
+        other = replace(self, **changes)
+        for name in KEPT:
+            other.__dict__[name] = getattr(self, name)
+        return other
 
     def _solved(
         self, body: Body, start: Start, iterations: int, gauss_newton: int = HASTY
@@ -290,17 +305,17 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
     return Movement(model.forces, body, objective, angles)
 
 
-def nominal_start(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Start:
+def nominal_start(move: Movement, settings: GapSettings) -> Start:
     """Where the nominal solution is looked for: predictions begin at the tracked movement.
 
     Raises
     ------
     SolveError                       the movement cannot be tracked
     """
-    tracking = movement(model, observed, replace(settings, view="tracking"))
-    start = tracking.cold_start()
+    start = move.cold_start()
     if settings.view == "tracking":
         return start
+    tracking = move.with_weights(replace(move.objective.weights, tracked=SEGMENTS))
     return tracking.solved(tracking.body, start, settings.iterations)
 
 
@@ -337,11 +352,7 @@ def with_state(move: Movement, point: Start) -> Movement:
     load = (force.active * a + force.passive) / muscles.max_isometric_force
     elevation, lift = gh_elevation(q)
     body = replace(move.body, tendon_load=load, gh_elevation_rad=elevation, gh_lift=lift)
-    changed = replace(move, body=body)
-    # Both enter the equations with an effect only, so the nominal problem, which takes longer to
-    # set up than to differentiate, stays what it is.
-    changed.__dict__.update({name: move.__dict__[name] for name in KEPT if name in move.__dict__})
-    return changed
+    return move.with_nominal_body(body)
 
 
 def gh_elevation(pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -221,22 +221,28 @@ def shown_regions(
 
 
 def disturbances(
-    responses: Sequence[Response], comparison: Comparison, emg_unit: float
+    responses: Sequence[Response],
+    functions: np.ndarray,
+    channels: Sequence[str],
+    emg_unit: float,
 ) -> Disturbances:
-    """All disturbances of a case; EMG errors in units of `emg_unit` [fraction of MVC]."""
-    nodes = len(comparison.functions)
+    """All disturbances of a case; EMG errors in units of `emg_unit` [fraction of MVC].
+
+    `functions` (N, B) are those of the comparison, `channels` its (K,) names.
+    """
+    nodes = len(functions)
     shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
     names = [("dof", name) for name in DOF_NAMES]
-    emg = [name for name in comparison.channels if channel_kind(name) == "emg"]
+    emg = [name for name in channels if channel_kind(name) == "emg"]
     names += [("channel", name) for name in emg]
     blocks = []
     for response in responses:
         slack = response.slack.reshape(-1, *response.slack.shape[2:])
-        columns = [compress([slack], comparison.functions)]
+        columns = [compress([slack], functions)]
         for name in emg:
-            curves = np.zeros((SMOOTH, nodes, len(comparison.channels)))
-            curves[:, :, comparison.channels.index(name)] = emg_unit * shapes.T
-            columns.append(compress([curves], comparison.functions))
+            curves = np.zeros((SMOOTH, nodes, len(channels)))
+            curves[:, :, channels.index(name)] = emg_unit * shapes.T
+            columns.append(compress([curves], functions))
         blocks.append(np.hstack(columns))
     units = [1.0] * len(DOF_NAMES) + [emg_unit] * len(emg)
     return Disturbances(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))

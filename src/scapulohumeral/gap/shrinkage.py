@@ -1,7 +1,7 @@
 """How far the gap shrinks once an effect is added, on trials and movements that were not fitted.
 
-The share is (G0 - G1) / (G0 - F) with G the root mean square of what is left, in units of the
-noise, and F = 1 the floor: what repeats of one person cannot agree on.
+The share is (G0 - G1) / (G0 - F) with G the root mean square of what is left, in units of what two
+recordings of one person differ by without a cause, and F = 1 the floor.
 
 Letters: D coefficients, P parameters, T tasks, L test trials.
 """
@@ -97,8 +97,8 @@ def _held_out(
 
 
 def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
-    """Root mean square before and after, over what repeats of one person cannot agree on."""
-    scale = np.sqrt(np.diag(part.noise))
+    """Root mean square before and after, over what differs without a cause."""
+    scale = np.sqrt(np.diag(part.covariance))
     before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
     return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
 

@@ -117,8 +117,7 @@ def respond(
     SolveError                       the movement cannot be solved, or its KKT matrix is singular
     """
     move = movement(model, anchor, settings)
-    start = nominal_start(model, anchor, settings)
-    point = move.solved(move.body, start, settings.iterations)
+    point = move.solved(move.body, nominal_start(move, settings), settings.iterations)
     move = with_state(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)
     levers, needed = _balance(move, point)

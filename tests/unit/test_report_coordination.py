@@ -19,6 +19,7 @@ from scapulohumeral.report.coordination_targets import (
     _change,
     channel_reductions,
     coordination_verdicts,
+    smallest_stable_weight,
     solve_verdicts,
     stable_weight,
     validation_verdicts,
@@ -143,6 +144,21 @@ def test_force_leaves_the_glenoid_at_the_low_weight(
     assert low.load.eccentricity.max() > 1.0
     assert stable_weight(solved, "par2") == 10.0
     assert solved.validation.empty
+
+
+def test_a_stiffer_girdle_is_no_part_of_the_sweep(coordination: Coordination) -> None:
+    """Its cuff loss is compared with nothing, and its participant has no sweep to judge."""
+    lost = coordination.cases["par2"].sweep[0]
+    header = lost.solution.header
+    condition = {**header["condition"], "girdle_stiffness_Nm_per_rad": 5.0}
+    solution = replace(lost.solution, header={**header, "condition": condition})
+    stiff = Cases("par3", (replace(lost, solution=solution),), {})
+    assert stiff.sweep == ()
+    both = replace(coordination, cases={**coordination.cases, "par3": stiff})
+    verdict = smallest_stable_weight(both)
+    assert verdict.holds
+    assert verdict.value == "par2 10, par3 no sweep"
+    assert not smallest_stable_weight(replace(coordination, cases={"par3": stiff})).holds
 
 
 def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:

@@ -271,7 +271,9 @@ def smallest_stable_weight(coordination: Coordination) -> Verdict:
     """Whether some weight of the sweep keeps the joint force inside the glenoid."""
     name = "loss of the cuff: smallest w_GH of the sweep that keeps the force inside the glenoid"
     target = f"one exists (paper: {CUFF_STABILITY_WEIGHT:g}, {PREDICTED_PARTICIPANT})"
-    weights = {p: stable_weight(coordination, p) for p in coordination.cases}
-    value = ", ".join(f"{p} {'none' if w is None else f'{w:g}'}" for p, w in weights.items())
+    swept = [p for p, cases in coordination.cases.items() if cases.sweep]
+    weights = {p: stable_weight(coordination, p) for p in swept}
+    words = [f"{p} {'none' if w is None else f'{w:g}'}" for p, w in weights.items()]
+    words += [f"{p} no sweep" for p in coordination.cases if p not in swept]
     worse = tuple(p for p, w in weights.items() if w is None)
-    return Verdict(name, value, target, not worse, worse)
+    return Verdict(name, ", ".join(words), target, bool(swept) and not worse, worse)

@@ -56,7 +56,7 @@ def drawn(predicted, relative, seed):
     return factors * predicted + shape * rng.normal(size=SIZE) + noise(seed)
 
 
-@pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3, 0.8])
 def test_amplitude_is_found_within_its_interval(relative_error):
     h = hypothesis(DAMPING, 1)
     misses = []
@@ -74,8 +74,8 @@ def test_a_changed_muscle_may_contradict_its_own_electrodes():
     own[12:16] = own[52:56] = 30.0
     delta = plain.slope @ [-0.7]
     delta[own[:, 0] > 0.0] -= 40.0
-    misled = fit(plain, comparison(delta), 0.1)
-    told = fit(replace(plain, own=own), comparison(delta), 0.1)
+    misled = fit(plain, comparison(delta), 0.3)
+    told = fit(replace(plain, own=own), comparison(delta), 0.3)
     assert told.x[0] == pytest.approx(-0.7, abs=0.1)
     assert told.log_evidence > misled.log_evidence + 5.0
     assert told.hypothesis.part(np.arange(8, 20)).own.sum() == 120.0
@@ -175,7 +175,7 @@ def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
     expected = np.zeros(SIZE)
     expected[angles] = shape
     np.testing.assert_allclose(added, np.diag(expected), atol=1e-10)
-    assert not np.any(expected[emg])
+    np.testing.assert_allclose(added[np.ix_(emg, emg)], 0.0, atol=1e-10)
 
 
 def test_a_pair_keeps_the_errors_that_both_muscles_make_under_their_electrodes():

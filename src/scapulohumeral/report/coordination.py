@@ -149,13 +149,7 @@ class Cases:
     @property
     def healthy(self) -> Prediction | None:
         """Calibrated muscles with their full force, joints as in the model."""
-        return self._first(
-            lambda p: (
-                p.condition.parameters == "calibrated"
-                and not p.limited
-                and p.condition.girdle_stiffness_Nm_per_rad is None
-            )
-        )
+        return self._first(lambda p: p.condition.parameters == "calibrated" and not p.limited)
 
     @property
     def generic(self) -> Prediction | None:
@@ -192,18 +186,19 @@ class Cases:
     @property
     def isolated(self) -> tuple[Prediction, ...]:
         """Loss of other muscles than the paper's two."""
-        return tuple(p for p in self.headline if p.limited and p.limited != CUFF_MUSCLES)
+        return tuple(p for p in self._as_modelled if p.limited and p.limited != CUFF_MUSCLES)
 
     @property
     def _cuff(self) -> list[Prediction]:
-        return [
-            p
-            for p in self.headline
-            if p.limited == CUFF_MUSCLES and p.condition.girdle_stiffness_Nm_per_rad is None
-        ]
+        return [p for p in self._as_modelled if p.limited == CUFF_MUSCLES]
+
+    @property
+    def _as_modelled(self) -> list[Prediction]:
+        """Headline predictions with joints as in the model: others are compared with nothing."""
+        return [p for p in self.headline if p.condition.girdle_stiffness_Nm_per_rad is None]
 
     def _first(self, chosen: Any) -> Prediction | None:
-        return next((p for p in self.headline if chosen(p)), None)
+        return next((p for p in self._as_modelled if chosen(p)), None)
 
 
 @dataclass(frozen=True, eq=False)

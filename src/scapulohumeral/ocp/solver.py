@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.memory import keep_freed_memory
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 
 STRATEGIES = ("automatic", *HESSIANS)
@@ -123,6 +124,7 @@ def solve(
     log : progress, one JSON record per iteration
     """
     begin = time.perf_counter()
+    keep_freed_memory()
     history: list[dict] = []
     point = start
     phases = _phases(settings, warm=start.multipliers is not None)

@@ -1,10 +1,12 @@
 """Metrics of the score card on cases whose scores are known beforehand."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from scapulohumeral.gap.blind import _with_hidden
 from scapulohumeral.gap.blind_scores import (
     ScoredCase,
     area_under_curve,
@@ -192,3 +194,34 @@ def test_calibration_of_answers_that_are_right_as_often_as_they_say() -> None:
     assert overall == pytest.approx(0.8)
     sure = [case(key(TEAR), answer({TEAR: 1.0})) for _ in range(5)]
     assert group_scores(sure)["calibration"]["ece"] == 0.0
+
+
+def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:
+    other = {"label": GAIN, "p": 0.8, "parameters": []}
+    right = {"label": TEAR, "p": 0.1, "parameters": []}
+    wrong = case(key(TEAR), answer({TEAR: 0.9}, candidates=[other, right]))
+    assert wrong.true_candidate == right
+    assert not wrong.right_single
+    assert case(key(TEAR), None).true_candidate is None
+    found = group_scores([replace(wrong, oracle=0.6), replace(wrong, oracle=0.8)])["shrinkage"]
+    assert found["oracle_on_hidden_task"]["median"] == pytest.approx(0.7)
+    assert found["true_on_hidden_task"]["n"] == 0
+
+
+def test_singles_are_asked_for_what_they_remove_of_the_hidden_task() -> None:
+    asked = []
+
+    def removed(one: ScoredCase, candidate: dict) -> float:
+        asked.append(candidate["label"])
+        return 0.6
+
+    right = _with_hidden(case(key(TEAR), answer({TEAR: 0.9})), removed)
+    assert (right.hidden, right.oracle, asked) == (0.6, 0.6, [TEAR])
+    wrong = _with_hidden(case(key(TEAR), answer({GAIN: 0.8, TEAR: 0.1})), removed)
+    assert (wrong.hidden, wrong.oracle) == (None, 0.6)
+    family_only = answer({f"{TEAR} + {GAIN}": 0.4, TEAR: 0.3, GAIN: 0.2}, present=False)
+    assert _with_hidden(case(key(TEAR), family_only), removed).hidden is None
+    asked.clear()
+    for other in (case(key(None), answer({GAIN: 0.5})), case(key(TEAR), None)):
+        assert _with_hidden(other, removed) is other
+    assert asked == []

@@ -12,6 +12,7 @@ from scapulohumeral.gap.attribute import (
     Hypothesis,
     SignatureError,
     black_box_evidence,
+    change_error,
     distance,
     fit,
     no_gap_evidence,
@@ -41,7 +42,7 @@ def comparison(delta, noise=1.0):
 def hypothesis(effect, seed, size=4.0):
     """An effect with a random signature."""
     slope = size * np.random.default_rng(seed).normal(size=(SIZE, len(effect.params)))
-    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros(SIZE), slope)
+    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope)
 
 
 def noise(seed):
@@ -136,7 +137,9 @@ def test_equal_signatures_cannot_be_told_apart():
     one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
     there = comparison(one.slope @ [1.5])
     found = fit(one, there, 0.1)
-    twin = Hypothesis((LOAD,), np.zeros(2), np.zeros(SIZE), np.hstack([one.slope, other.slope]))
+    twin = Hypothesis(
+        (LOAD,), np.zeros(2), np.zeros((SIZE, 1)), np.hstack([one.slope, other.slope])
+    )
     assert distance(found, twin, there, 0.1) < 0.5
     assert distance(found, other, there, 0.1) > 3.0
 
@@ -149,7 +152,7 @@ def error_covariance(error):
 def test_signature_error_of_an_effect_on_the_record_scales_with_the_prediction():
     there = comparison(noise(0), 2.0)
     predicted = np.random.default_rng(1).normal(size=SIZE)
-    error = SignatureError(there, predicted, 0.3, controlled=False)
+    error = SignatureError(change_error(there, predicted, 0.3, controlled=False))
     white = predicted / 2.0
     dense = error_covariance(error)
     assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
@@ -164,9 +167,7 @@ def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
     there = replace(comparison(noise(0), 2.0), channels=channels)
     predicted = np.zeros(SIZE)
     predicted[:4] = 3.0
-    controlled, exact = (
-        error_covariance(SignatureError(there, predicted, 0.3, controlled=c)) for c in (True, False)
-    )
+    controlled, exact = (change_error(there, predicted, 0.3, controlled=c) for c in (True, False))
     angles, emg = there.channel_rows(channels[:9]), there.channel_rows(channels[9:])
     white = predicted / 2.0
     spread = (SPREAD_SHARE * 0.3) ** 2 * np.mean(white**2)
@@ -176,6 +177,22 @@ def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
     expected[angles] = shape
     np.testing.assert_allclose(added, np.diag(expected), atol=1e-10)
     np.testing.assert_allclose(added[np.ix_(emg, emg)], 0.0, atol=1e-10)
+
+
+def test_each_effect_of_a_pair_errs_by_itself():
+    """A small effect on muscles may not excuse a large one on the record."""
+    on_record = next(e for e in EFFECTS.values() if not e.changes_body)
+    there = comparison(noise(0))
+    fits = [
+        fit(hypothesis(effect, seed), there, 0.3) for seed, effect in enumerate((LOAD, on_record))
+    ]
+    x = np.array([0.1, -0.2, *np.full(len(on_record.params), 2.0)])
+    alone = [
+        error_covariance(f.hypothesis.error(part, there, 0.3)) - np.eye(SIZE)
+        for f, part in zip(fits, (x[:2], x[2:]), strict=True)
+    ]
+    together = error_covariance(pair(*fits).error(x, there, 0.3)) - np.eye(SIZE)
+    np.testing.assert_allclose(together, alone[0] + alone[1], atol=1e-9)
 
 
 def test_a_pair_keeps_the_errors_that_both_muscles_make_under_their_electrodes():

@@ -10,11 +10,12 @@ from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import decide, evidence
+from scapulohumeral.gap import blind_hidden, decide, evidence
 from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import diagnose
-from scapulohumeral.gap.library import EMG_FAMILIES
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.library import EMG_FAMILIES, library
 from scapulohumeral.gap.observe import difference, phase_functions
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.gap.signatures import (
@@ -141,8 +142,8 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
     def solved_again(first, comparison, *rest):
         value = np.zeros_like(first.hypothesis.value)
         if first.label == cause:
-            value = comparison.compress([shape] * len(comparison.tasks))
-        slope = np.tile(1e-3 * value[:, None], first.hypothesis.slope.shape[1])
+            value = comparison.compress([shape] * len(comparison.tasks))[:, None]
+        slope = np.tile(1e-3 * value, first.hypothesis.slope.shape[1])
         hypothesis = replace(first.hypothesis, value=value, slope=slope)
         return fit(hypothesis, comparison, SETTINGS.signature_error)
 
@@ -265,3 +266,48 @@ def test_predictions_have_no_null_bank():
     answer = diagnose(case(), None, replace(SETTINGS, view="prediction"))
     assert any("predicted from the humerus" in text for text in answer.warnings)
     assert answer.hashes["null_bank"] is None
+
+
+@pytest.mark.parametrize(("value", "share"), [(1.5, 1.0), (1.0, 0.0), (1.25, 0.5)])
+@pytest.mark.parametrize("reference", [True, False])
+def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(
+    monkeypatch, value, share, reference
+):
+    monkeypatch.setattr(blind_hidden, "respond", made_up_response)
+    plain = trial("high", 0, np.zeros((NODES, 12)), True, 5)
+    louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
+    whole = case(reference=reference)
+    hidden = replace(
+        whole, test=(replace(plain, emg=louder),), reference=(plain,) if reference else ()
+    )
+    label = "measurement/emg_gain/EMG_b"
+    candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
+    compared = blind_hidden._compared(whole, hidden, candidate, None, SETTINGS, 1.0)
+    if not reference:
+        # The made-up model predicts what is recorded, so that nothing is left to remove.
+        np.testing.assert_allclose(compared[0].delta, 0.0, atol=1e-12)
+        return
+    before, after = (np.linalg.norm(compared[0].delta - k * compared[1]) for k in (0.0, 1.0))
+    assert 1.0 - after / before == pytest.approx(share, abs=1e-9)
+
+
+def test_hidden_trials_and_pairs_are_read_in_their_own_order():
+    time = [0.0, 0.5, 1.0]
+    angles = np.linspace(0.0, 40.0, 30).reshape(3, 10)
+    curves = {"time_s": time, "angles_deg": angles.tolist(), "emg": [[0.1], [0.2], [0.3]]}
+    key = {"channels": ["SC_rx", "EMG_b"], "hidden_task": {"test": curves}}
+    read = blind_hidden._trial(key, "test")
+    np.testing.assert_allclose(np.rad2deg(read.angles_rad), angles)
+    assert read.emg.channels == ("EMG_b",)
+    assert (
+        blind_hidden._trial({**key, "hidden_task": {"test": {**curves, "emg": None}}}, "test").emg
+        is None
+    )
+    effects = library(Setup(("biceps",), CHANNELS, (CHANNELS,), False))
+    load, weak = (
+        next(e for e in effects if e.label == label) for label in ("body/hand_load", RIGHT)
+    )
+    for order in ((load, weak), (weak, load)):
+        names = [{"name": p.name} for effect in order for p in effect.params]
+        candidate = {"label": f"{load.label} + {weak.label}", "parameters": names}
+        assert blind_hidden._ordered(effects, candidate) == list(order)

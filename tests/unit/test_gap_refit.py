@@ -53,7 +53,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
     slope = comparison.compress([response.effects[0]])
-    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros(72), slope), comparison, 0.0)
+    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
     found = refit(first, comparison, [response], np.ones(12), None, RECORDER, settings)
     linear, solved = (WEAK.physical(f.x)[0] for f in (first, found))

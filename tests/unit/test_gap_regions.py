@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES
 
-from scapulohumeral.gap.decide import PAIRS, _level, pair_prior
+from scapulohumeral.gap.decide import PAIRS, _level, pair_priors
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.locate import POINTWISE_SIGMA, Shows, shown_regions
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
@@ -49,9 +49,10 @@ def test_a_thin_gap_has_regions_that_say_how_uncertain_they_are():
 
 
 def test_all_pairs_of_families_share_their_prior():
-    each = (1.0 - 0.3) / 17
-    total = sum(pair_prior(each, each, 0.3) for _ in combinations(range(17), 2))
-    assert total == pytest.approx(PAIRS * (1.0 - 1.0 / 17))
+    single = dict.fromkeys("abcdefghijklmnopq", (1.0 - 0.3) / 17)
+    every = pair_priors(single, 0.3)
+    assert set(every) == {f"{one} + {two}" for one, two in combinations("abcdefghijklmnopq", 2)}
+    assert sum(every.values()) == pytest.approx(PAIRS * (1.0 - 1.0 / 17))
 
 
 def test_a_pair_with_the_label_does_not_make_it_vague():

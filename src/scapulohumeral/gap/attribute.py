@@ -49,7 +49,7 @@ class Hypothesis:
     ----------
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
-    value : (D,) change predicted there; slope : (D, P) per unit
+    value : (D, E) change that each effect makes there; slope : (D, P) per unit of a parameter
     own : (D, P) EMG of channels over muscles that a parameter changes themselves, zero elsewhere;
         None if no parameter does
     """
@@ -78,17 +78,24 @@ class Hypothesis:
 
     def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
-        return self.value + self.slope @ (x - self.at)
+        return self.value.sum(axis=1) + self.slope @ (x - self.at)
 
     def error(self, x: np.ndarray, comparison: Comparison, relative: float) -> SignatureError:
-        """Error of the change predicted at internal parameters (P,).
+        """Error of the change predicted at internal parameters (P,), that of each effect by itself.
 
         What acts on the record itself is known better than what a person's control makes of it.
         """
-        controlled = any(effect.changes_body for effect in self.effects)
-        share = relative if controlled else RECORD_SHARE * relative
-        own = None if self.own is None or not relative else OWN_GAIN * np.abs(x) * self.own
-        return SignatureError(comparison, self.predict(x), share, controlled, own)
+        counts = [len(effect.params) for effect in self.effects]
+        first = np.cumsum([0, *counts])
+        covariance = np.zeros((len(self.slope), len(self.slope)))
+        for i, effect in enumerate(self.effects):
+            own = slice(first[i], first[i + 1])
+            change = self.value[:, i] + self.slope[:, own] @ (x - self.at)[own]
+            share = relative if effect.changes_body else RECORD_SHARE * relative
+            covariance += change_error(comparison, change, share, effect.changes_body)
+        if self.own is not None and relative:
+            covariance += _by_channel(comparison, list((OWN_GAIN * x * self.own).T))
+        return SignatureError(covariance)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""
@@ -126,40 +133,10 @@ class Fit:
 
 
 class SignatureError:
-    """Covariance I + E of a whitened residual, E the error of a predicted change.
+    """Whitened residuals (D,), normal with covariance I + E, E (D, D) the error of a prediction."""
 
-    Parameters
-    ----------
-    comparison : what is explained
-    predicted : (D,) predicted change
-    relative : error of each channel's predicted change, relative
-    controlled : whether muscles make the change, so that its shape depends on a person's control
-    own : (D, P) further errors of single channels, each common to one channel of one task
-    """
-
-    def __init__(
-        self,
-        comparison: Comparison,
-        predicted: np.ndarray,
-        relative: float,
-        controlled: bool,
-        own: np.ndarray | None = None,
-    ) -> None:
-        columns = [relative * comparison.by_channel(predicted)]
-        if own is not None:
-            columns += [comparison.by_channel(one) for one in own.T if np.any(one)]
-        white = comparison.whiten(np.hstack(columns))
-        covariance = white @ white.T
-        covariance[np.diag_indices_from(covariance)] += 1.0
-        if controlled:
-            for kind in comparison.kinds:
-                size = SHAPE_ERROR[kind.name] * relative
-                mean_square = float(np.mean((predicted[kind.rows] / kind.deviations) ** 2))
-                covariance += size**2 * mean_square * kind.covariance
-        else:
-            whole = comparison.whiten(predicted)
-            spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
-            covariance[np.diag_indices_from(covariance)] += spread
+    def __init__(self, error: np.ndarray) -> None:
+        covariance = error + np.eye(len(error))
         self._factor = cho_factor(covariance, lower=True)
         self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
 
@@ -171,6 +148,37 @@ class SignatureError:
         """Log density of a whitened residual (D,)."""
         quadratic = float(residual @ self.solve(residual))
         return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
+
+
+def change_error(
+    comparison: Comparison, change: np.ndarray, relative: float, controlled: bool
+) -> np.ndarray:
+    """Covariance (D, D), whitened, of the error of a predicted change.
+
+    Parameters
+    ----------
+    comparison : what is explained
+    change : (D,) predicted
+    relative : error of each channel's change, relative
+    controlled : whether muscles make the change, so that its shape depends on a person's control
+    """
+    covariance = relative**2 * _by_channel(comparison, [change])
+    if controlled:
+        for kind in comparison.kinds:
+            size = SHAPE_ERROR[kind.name] * relative
+            mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
+            covariance += size**2 * mean_square * kind.covariance
+        return covariance
+    whole = comparison.whiten(change)
+    spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
+    covariance[np.diag_indices_from(covariance)] += spread
+    return covariance
+
+
+def _by_channel(comparison: Comparison, vectors: Sequence[np.ndarray]) -> np.ndarray:
+    """Covariance (D, D), whitened, of one unknown factor on each channel of each vector (D,)."""
+    white = comparison.whiten(np.hstack([comparison.by_channel(one) for one in vectors]))
+    return white @ white.T
 
 
 def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
@@ -219,7 +227,8 @@ def _reweighted(
 ) -> np.ndarray:
     """Most probable parameters (P,) with the error that a prediction has at a start (P,)."""
     slope = comparison.whiten(hypothesis.slope)
-    target = comparison.whiten(comparison.delta - hypothesis.value) + slope @ hypothesis.at
+    target = comparison.whiten(comparison.delta - hypothesis.value.sum(axis=1))
+    target += slope @ hypothesis.at
     error = hypothesis.error(start, comparison, relative_error)
     prior = np.diag(1.0 / hypothesis.prior_sd)
     return _bounded(slope, target, error, prior, hypothesis.bounds)
@@ -326,7 +335,7 @@ def pair(first: Fit, second: Fit) -> Hypothesis:
     return Hypothesis(
         effects=(*one.effects, *two.effects),
         at=np.concatenate([one.at, two.at]),
-        value=one.value + two.value,
+        value=np.hstack([one.value, two.value]),
         slope=np.hstack([one.slope, two.slope]),
         own=_both_own(one, two),
     )

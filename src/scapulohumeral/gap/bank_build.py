@@ -14,13 +14,13 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.bank import NullCase, write_bank
-from scapulohumeral.gap.blind import trial_tables
+from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.case import Case, make_case
 from scapulohumeral.gap.evidence import Evidence, gather, read_records
 from scapulohumeral.gap.locate import effect_shaped, shows
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS
 from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
-from scapulohumeral.gap.run import Request, read_case
+from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_settings
 
 
@@ -95,17 +95,7 @@ def _row(
 
 
 def _read(request: BankRequest, folder: Path, config: Mapping[str, Any]) -> Case:
-    asked = Request(
-        tests=tuple(trial_tables(folder / "test")),
-        references=tuple(trial_tables(folder / "reference")),
-        out=request.out.parent,
-        participant=folder / "participant.yaml",
-        config=request.config,
-        cache=request.cache,
-        seed=1,
-        threads=1,
-        command="",
-    )
+    asked = folder_request(folder, request.config, request.cache)
     return read_case(asked, config)
 
 

@@ -17,20 +17,22 @@ import secrets
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.blind_scores import REGISTERED, ScoredCase, score_card
-from scapulohumeral.gap.run import ENTRY, RESULT
+from scapulohumeral.gap.run import ENTRY, RESULT, Request
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
+# Share of the gap on the hidden task that a candidate of an answer removes; None: unknown.
+Shrinks = Callable[[ScoredCase, Mapping[str, Any]], float | None]
 DIAGNOSE = (sys.executable, "-m", ENTRY, "gap", "diagnose")
 
 
@@ -119,7 +121,9 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
             print(f"{name}: exit code {record['cases'][name]['exit_code']}", flush=True)
 
 
-def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) -> dict[str, Any]:
+def score(
+    files: BlindFiles, keys: Path, out: Path, shrinks: Shrinks | None = None
+) -> dict[str, Any]:
     """Check all hashes, open the keys, and write the score card.
 
     Parameters
@@ -127,8 +131,8 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
     files : cases, published hashes, answers
     keys : folder of keys and salts; every look at them is noted there
     out : ``scores.json``
-    hidden : JSON object case -> share of the noise-free gap on the hidden task that disappears with
-        the answer's parameters; without it shrinkage is not compared with a truth
+    shrinks : share of the noise-free gap on the hidden task that a candidate of an answer removes;
+        asked for singles. Without it shrinkage is not compared with a truth
 
     Raises
     ------
@@ -137,14 +141,14 @@ def score(files: BlindFiles, keys: Path, out: Path, hidden: Path | None = None) 
     sealed = _read(files.published, SEAL_SCHEMA)
     record = _read(files.answers / ANSWERS, ANSWER_SCHEMA)
     salts = json.loads((keys / SALTS).read_text(encoding="utf-8"))
-    truth = {} if hidden is None else json.loads(hidden.read_text(encoding="utf-8"))
     cases = []
     for name, hashes in sorted(sealed["cases"].items()):
         if _key_hash(keys, name, salts.get(name, "")) != hashes["key"]:
             raise DataError(f"{keys / name}.json: not the key that was sealed; restore it.")
         if folder_hash(files.cases / name) != hashes["inputs"]:
             raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
-        cases.append(_scored_case(files, keys, name, record, truth.get(name)))
+        case = _scored_case(files, keys, name, record)
+        cases.append(case if shrinks is None else _with_hidden(case, shrinks))
     before = _looks(keys)
     card: dict[str, Any] = {
         "schema": SCORE_SCHEMA,
@@ -196,9 +200,35 @@ def trial_tables(folder: Path) -> list[Path]:
     return sorted(p for p in folder.glob("*.csv") if not p.stem.endswith(("_emg", "_force")))
 
 
-def _scored_case(
-    files: BlindFiles, keys: Path, name: str, record: dict, hidden: float | None
-) -> ScoredCase:
+def _with_hidden(case: ScoredCase, shrinks: Shrinks) -> ScoredCase:
+    """A single with what its answer and the injected effect remove of the hidden gap."""
+    if case.status != "single" or case.verdict is None:
+        return case
+    [best, *_] = case.verdict["candidates"]
+    oracle = case.true_candidate
+    removed = None if oracle is None else shrinks(case, oracle)
+    if oracle is not None and best["label"] == oracle["label"]:
+        return replace(case, hidden=removed, oracle=removed)
+    claimed = shrinks(case, best) if case.right_single and case.claims_gap else None
+    return replace(case, hidden=claimed, oracle=removed)
+
+
+def folder_request(folder: Path, config: Path, cache: Path) -> Request:
+    """How the trials of a case folder are read and its model is made."""
+    return Request(
+        tests=tuple(trial_tables(folder / "test")),
+        references=tuple(trial_tables(folder / "reference")),
+        out=cache,
+        participant=folder / "participant.yaml",
+        config=config,
+        cache=cache,
+        seed=1,
+        threads=1,
+        command="",
+    )
+
+
+def _scored_case(files: BlindFiles, keys: Path, name: str, record: dict) -> ScoredCase:
     entry = record["cases"].get(name)
     if entry is None:
         raise DataError(f"{files.answers}: no answer for case {name}; run `gap blind answer`.")
@@ -210,7 +240,7 @@ def _scored_case(
         document = json.loads(result.read_text(encoding="utf-8"))
     key = json.loads((keys / f"{name}.json").read_text(encoding="utf-8"))
     folders = (files.cases / name, files.answers / name)
-    return ScoredCase(*folders, key, document, entry["seconds"], hidden)
+    return ScoredCase(*folders, key, document, entry["seconds"])
 
 
 def _looks(keys: Path) -> list[dict[str, Any]]:

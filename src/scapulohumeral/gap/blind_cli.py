@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 OPTIONS = {
@@ -14,8 +15,8 @@ OPTIONS = {
 }
 
 
-def add_blind_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``blind`` to the commands of ``gap``."""
+def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache: Path) -> None:
+    """Add ``blind`` to the commands of ``gap``, with the default configuration and cache."""
     blind = commands.add_parser("blind", help="benchmark on cases whose cause is sealed")
     steps = blind.add_subparsers(required=True, metavar="STEP")
     seal = _step(steps, "seal", "publish hashes of keys", "--cases", "--keys", "--published")
@@ -27,9 +28,8 @@ def add_blind_commands(commands: argparse._SubParsersAction) -> None:
         steps, "score", "open the keys and score", "--cases", "--published", "--answers", "--keys",
         "--out",
     )  # fmt: skip
-    score.add_argument(
-        "--hidden", type=Path, metavar="FILE", help="true shrinkage on hidden tasks by case, JSON"
-    )
+    score.add_argument("--config", type=Path, default=config, metavar="FILE")
+    score.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     score.set_defaults(run=_score)
 
 
@@ -58,7 +58,9 @@ def _answer(options: argparse.Namespace, command: str) -> int:
 
 def _score(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.gap.blind import BlindFiles, score
+    from scapulohumeral.gap.blind_hidden import hidden_shrinkage
 
     files = BlindFiles(options.cases, options.published, options.answers)
-    score(files, options.keys, options.out, options.hidden)
+    shrinks = partial(hidden_shrinkage, config_file=options.config, cache=options.cache)
+    score(files, options.keys, options.out, shrinks)
     return 0

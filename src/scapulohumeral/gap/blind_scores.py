@@ -37,7 +37,8 @@ REGISTERED = {
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
     "an effect that hardly shows is also covered by no_gap",
     "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label",
-    "shrinkage": "new_task of singles whose family is right",
+    "shrinkage": "new_task of singles whose family is right, against the share of the noise-free "
+    "gap on the hidden task that the same parameters remove",
     "calibration_bins": CALIBRATION_BINS,
     "false_rejection": FALSE_REJECTION,
     "kept_share": KEPT_SHARE,
@@ -53,7 +54,9 @@ class ScoredCase:
     ----------
     folder : trials; answer_folder : what the diagnosis wrote
     key : truth; answer : ``result.json``, None if there is none
-    seconds : time of the diagnosis; hidden : true shrinkage on the hidden task, if known
+    seconds : time of the diagnosis
+    hidden : share of the noise-free gap on the hidden task that the answer removes, if known
+    oracle : the same of the injected effect with the parameters that the diagnosis fitted
     """
 
     folder: Path
@@ -61,7 +64,8 @@ class ScoredCase:
     key: Mapping[str, Any]
     answer: Mapping[str, Any] | None
     seconds: float
-    hidden: float | None
+    hidden: float | None = None
+    oracle: float | None = None
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -91,6 +95,17 @@ class ScoredCase:
         """The answer, if it is one."""
         answered = self.answer is not None and self.answer["status"] == "ok"
         return self.answer if answered else None
+
+    @property
+    def right_single(self) -> bool:
+        """Whether one effect was injected and its family is the most probable."""
+        return self.status == "single" and _rank(self) == 1
+
+    @property
+    def true_candidate(self) -> Mapping[str, Any] | None:
+        """The candidate of the injected effect; None without an answer or if it is none."""
+        candidates = () if self.verdict is None else self.verdict["candidates"]
+        return next((c for c in candidates if matches(c["label"], self.truth[0])), None)
 
     @property
     def claims_gap(self) -> bool:
@@ -309,16 +324,13 @@ def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def _amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:
-    if case.verdict is None or name is None:
-        return None
-    for candidate in case.verdict["candidates"]:
-        if matches(candidate["label"], case.truth[0]):
-            return next((p for p in candidate["parameters"] if p["name"] == name), None)
-    return None
+    candidate = case.true_candidate
+    parameters = () if candidate is None or name is None else candidate["parameters"]
+    return next((p for p in parameters if p["name"] == name), None)
 
 
 def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
-    right = [case for case in single if _rank(case) == 1]
+    right = [case for case in single if case.right_single]
     claimed = {id(case): _claimed_shrinkage(case) for case in right}
     values = [value for value in claimed.values() if value is not None]
     errors, covered = [], []
@@ -333,7 +345,9 @@ def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     return {
         "new_task": _spread(values),
         "keeps": rate([value >= KEPT_SHARE for value in values]),
-        "true_on_hidden_task": _spread([c.hidden for c in right if c.hidden is not None]),
+        "true_on_hidden_task": _spread([case.hidden for case in right]),
+        # What the injected effect would remove, whatever was answered.
+        "oracle_on_hidden_task": _spread([case.oracle for case in single]),
         "error": _spread(errors),
         "ci_coverage": rate(covered),
     }

@@ -64,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = gap.add_subparsers(required=True, metavar="COMMAND")
     _add_diagnose(commands)
     add_bank_commands(commands, CONFIG, CACHE)
-    add_blind_commands(commands)
+    add_blind_commands(commands, CONFIG, CACHE)
     return parser
 
 

@@ -29,7 +29,7 @@ from scapulohumeral.gap.attribute import (
 )
 from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
-from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records, screen
+from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records
 from scapulohumeral.gap.library import untestable
 from scapulohumeral.gap.locate import (
     Presence,
@@ -102,17 +102,15 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
-    settings = replace(settings, signature_error=evidence.signature_error)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
-    screened = screen(evidence)
     slopes = [hypothesis.slope for hypothesis in evidence.hypotheses]
     is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
-    fits = screened
+    fits: Sequence[Fit] = evidence.screened
     if is_there.present:
-        fits = fit_all(evidence, screened, model, settings, case.threads, warnings)
-    answer = _answer(case, records, evidence, (is_there, found), fits, settings, warnings)
-    rows = baseline_labels(evidence.comparison, screened, evidence.prior)
+        fits = fit_all(evidence, model, case.threads, warnings)
+    answer = _answer(case, records, evidence, (is_there, found), fits, warnings)
+    rows = baseline_labels(evidence.comparison, evidence.screened, evidence.prior)
     return replace(
         answer,
         hashes={"null_bank": None if bank is None else bank.hash},
@@ -138,23 +136,22 @@ def _answer(
     evidence: Evidence,
     where: tuple[Presence, Shows],
     fits: Sequence[Fit],
-    settings: GapSettings,
     warnings: list[str],
 ) -> Diagnosis:
-    c, error = evidence.comparison, settings.signature_error
+    c, error = evidence.comparison, evidence.settings.signature_error
     is_there, found = where
     present = is_there.present
-    p = _posterior(evidence, fits, settings, present)
+    p = _posterior(evidence, fits, present)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error)
     groups = decide.classes(likely, apart)
     best = max(fits, key=lambda f: p.labels[f.label])
     white = c.whiten(c.delta)
     ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
-    robust, variants = _robustness(evidence, settings, fits, best, present)
+    robust, variants = _robustness(evidence, fits, best, present)
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     splitting = {e.label: e.splitting for e in evidence.effects}
-    shows_, enters, rows = _regions(case, records, evidence, found, settings, present)
+    shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
     cost = shrinkage(best, c, evidence.trials, error, case.seed) if present else None
     if present and not found.standing_out:
@@ -188,15 +185,21 @@ def _answer(
             "signature": signature_table(c, best),
             "isolability": isolability_table(likely, apart),
             "amplitude": amplitude_table(best, by_task),
-            **plain_tables({"robustness": variants}),
+            **plain_tables({"robustness": variants, "errors": _errors(evidence)}),
         },
     )
 
 
-def _posterior(
-    evidence: Evidence, fits: Sequence[Fit], settings: GapSettings, present: bool
-) -> decide.Posterior:
-    c = evidence.comparison
+def _errors(evidence: Evidence) -> list[tuple[str, float]]:
+    """What was found most probable of the errors that are assumed."""
+    return [
+        ("session_share", evidence.session_share),
+        ("signature_error", evidence.settings.signature_error),
+    ]
+
+
+def _posterior(evidence: Evidence, fits: Sequence[Fit], present: bool) -> decide.Posterior:
+    c, settings = evidence.comparison, evidence.settings
     return decide.posterior(
         fits,
         evidence.prior,
@@ -212,12 +215,11 @@ def _regions(
     records: Records,
     evidence: Evidence,
     found: Shows,
-    settings: GapSettings,
     present: bool,
 ) -> tuple:
     """Both maps, and the rows of the curves of the second; regions only if there is a gap."""
     c = evidence.comparison
-    enters, rows = entered_regions(c, evidence.boxes, settings.alpha, case.seed)
+    enters, rows = entered_regions(c, evidence.boxes, evidence.settings.alpha, case.seed)
     halves = []
     for part in (0, 1):
         chosen = [
@@ -256,7 +258,7 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
 
 
 def _robustness(
-    evidence: Evidence, settings: GapSettings, fits: Sequence[Fit], best: Fit, present: bool
+    evidence: Evidence, fits: Sequence[Fit], best: Fit, present: bool
 ) -> tuple[Robustness | None, list[tuple[str, str, bool]]]:
     """Whether the winning family stays, with other errors and without single tasks.
 
@@ -264,7 +266,7 @@ def _robustness(
     """
     if not present:
         return None, []
-    c, error = evidence.comparison, settings.signature_error
+    c, error = evidence.comparison, evidence.settings.signature_error
     cells = {f"signature error x {factor}": (c, factor * error) for factor in (0.5, 1.0, 2.0)}
     for factor in (0.5, 2.0):
         cells[f"noise x {factor}"] = (replace(c, covariance=factor * c.covariance), error)

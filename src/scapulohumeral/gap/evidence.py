@@ -87,13 +87,15 @@ class Evidence:
     ----------
     comparison : difference to explain; trials : of single test trials
     noise : between repeats
-    effects, prior : the library and the prior of its labels
+    effects, prior : the library and the prior of its labels, alone and in pairs
     hypotheses : the effects linearised at the nominal solutions
     recorder : what is recorded
     responses, gains : nominal solutions and (K,) factors on their changes
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
-    signature_error : relative error of predicted changes
+    session_share : most probable share of what sessions are assumed to change
+    settings : those of the diagnosis, with the most probable signature error
+    screened : all effects fitted to derivatives at the nominal solutions
     """
 
     comparison: Comparison
@@ -107,7 +109,9 @@ class Evidence:
     gains: np.ndarray
     boxes: Disturbances
     referenced: bool
-    signature_error: float
+    session_share: float
+    settings: GapSettings
+    screened: tuple[Fit, ...]
 
 
 def read_records(
@@ -147,15 +151,17 @@ def read_records(
     )
 
 
-def _setup(case: Case, model: ParticipantModel, settings: GapSettings) -> Setup:
+def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tuple[Effect, ...]:
+    """All effects of the library that a case can have."""
     body = nominal_body(model, settings.nodes)
     moving = body.groups[body.crossing[:, :SHOULDER_JOINTS].any(axis=1)]
-    return Setup(
+    setup = Setup(
         tuple(sorted(set(moving.tolist()))),
         case.channels,
         case.participant.neighbours,
         case.has_contact,
     )
+    return library(setup)
 
 
 def gather(
@@ -171,7 +177,7 @@ def gather(
     ------
     SolveError                       a nominal movement cannot be solved
     """
-    effects = library(_setup(case, model, settings))
+    effects = effects_of(case, model, settings)
     local = settings
     if not records.reference:
         # Errors of electrodes and of the model's EMG levels are one unknown here.
@@ -186,49 +192,67 @@ def gather(
     records = _solved_part(records, found, warnings)
     if not records.reference:
         responses = tuple(response.of_residual() for response in responses)
-    gains = _gains(responses, records) if records.reference else np.ones(len(records.channels))
+    gains = emg_gains(responses, records) if records.reference else np.ones(len(records.channels))
     functions = phase_functions(settings.nodes, settings.phase_functions)
-    noise = _noise(records, functions, settings)
+    noise = repeat_noise(records, functions, settings)
     if not noise.degrees:
         warnings.append("no task was repeated: noise levels are those of the configuration")
     groups = nominal_body(model, settings.nodes).groups
-    supposed = Evidence(
-        *_comparison(records, responses, noise, functions, settings, 1.0),
+    whole, trials = _differences(records, responses, noise, functions)
+    reserved = settings.prior_no_gap + settings.prior_none
+    single = decide.priors(effects, reserved)
+    evidence = Evidence(
+        comparison=whole,
+        trials=trials,
         noise=noise,
         effects=effects,
-        prior=decide.priors(effects, settings.prior_no_gap + settings.prior_none),
+        prior={**single, **decide.pair_priors(single, reserved)},
         hypotheses=_linearised(effects, functions, responses, gains, (records.recorder, groups)),
         recorder=records.recorder,
         responses=responses,
         gains=gains,
         boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
-        signature_error=settings.signature_error,
+        session_share=1.0,
+        settings=settings,
+        screened=(),
     )
     # Without reference trials the model's own error counts far more than what sessions change.
-    differences = [
-        _comparison(records, responses, noise, functions, settings, share)
-        for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
-    ]
     tried = [
-        replace(
-            supposed,
-            comparison=whole,
-            trials=trials,
-            signature_error=share * settings.signature_error,
-        )
-        for whole, trials in differences
-        for share in ERROR_SHARES
+        _supposing(evidence, share, error)
+        for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
+        for error in ERROR_SHARES
     ]
-    density = [_density(evidence, settings) for evidence in tried]
+    density = [_density(one) for one in tried]
     log.info("log density by session share and signature error: %s", np.round(density, 1).tolist())
     return tried[int(np.argmax(density))]
 
 
-def _density(evidence: Evidence, settings: GapSettings) -> float:
+def _supposing(evidence: Evidence, session: float, error: float) -> Evidence:
+    """Evidence with shares of what sessions change and of the signature error, screened."""
+    settings = evidence.settings
+    model = None if evidence.referenced else (settings.model, evidence.comparison.channels)
+
+    def supposed(c: Comparison) -> Comparison:
+        responses = [r for r in evidence.responses if r.task in c.tasks]
+        covariance = total_covariance(c.noise, responses, c.functions, model, session)
+        return replace(c, covariance=covariance)
+
+    c, relative = supposed(evidence.comparison), error * settings.signature_error
+    return replace(
+        evidence,
+        comparison=c,
+        trials=tuple(replace(t, comparison=supposed(t.comparison)) for t in evidence.trials),
+        session_share=session,
+        settings=replace(settings, signature_error=relative),
+        screened=tuple(fit(hypothesis, c, relative) for hypothesis in evidence.hypotheses),
+    )
+
+
+def _density(evidence: Evidence) -> float:
     """Log density of the difference, over all explanations."""
-    c = evidence.comparison
-    logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in screen(evidence)]
+    c, settings = evidence.comparison, evidence.settings
+    logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in evidence.screened]
     logs.append(black_box_evidence(c, evidence.boxes.columns) + np.log(settings.prior_none))
     logs.append(no_gap_evidence(c) + np.log(settings.prior_no_gap))
     _, logdet = np.linalg.slogdet(c.covariance)
@@ -268,7 +292,7 @@ def _solved_part(
     )
 
 
-def _gains(responses: Sequence[Response], records: Records) -> np.ndarray:
+def emg_gains(responses: Sequence[Response], records: Records) -> np.ndarray:
     """Factors (K,) by which the reference trials exceed the EMG that the model predicts.
 
     Least squares on the logarithm with a prior: what the model's level misses is known from the
@@ -288,7 +312,8 @@ def _gains(responses: Sequence[Response], records: Records) -> np.ndarray:
     return gains
 
 
-def _noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
+def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
+    """Covariance of one trial, from all that was repeated."""
     groups = [
         np.stack([difference(one, records.anchors[task]) for one in trials])
         for side in (records.test, records.reference)
@@ -297,22 +322,16 @@ def _noise(records: Records, functions: np.ndarray, settings: GapSettings) -> No
     return trial_noise(groups, records.channels, functions, settings.noise)
 
 
-def _comparison(
-    records: Records,
-    responses: Sequence[Response],
-    noise: Noise,
-    functions: np.ndarray,
-    settings: GapSettings,
-    share: float,
+def _differences(
+    records: Records, responses: Sequence[Response], noise: Noise, functions: np.ndarray
 ) -> tuple[Comparison, tuple[TrialDifference, ...]]:
-    """Mean differences and those of single trials, with a share of what sessions change."""
+    """Mean differences and those of single trials; their covariance is that between repeats."""
     tasks = tuple(records.anchors)
     bases = [records.anchors[r.task] if records.reference else r.nominal for r in responses]
     singles = [
         [difference(one, base) for one in records.test[task]]
         for task, base in zip(tasks, bases, strict=True)
     ]
-    spread = None if records.reference else (settings.model, records.channels)
     counts = [len(records.reference.get(task, ())) for task in tasks]
 
     def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Comparison:
@@ -323,9 +342,7 @@ def _comparison(
         repeats = block_diag(*(weight * noise.covariance for weight in weights))
         return Comparison(
             delta=compress(curves_, functions),
-            covariance=total_covariance(
-                repeats, [responses[i] for i in index], functions, spread, share
-            ),
+            covariance=repeats,
             noise=repeats,
             functions=functions,
             tasks=tuple(tasks[i] for i in index),
@@ -368,7 +385,7 @@ def _linearised(
         slope = compress([factor * r.effects[i] for r in responses], functions)
         own = _own_levels(effect, functions, responses, seen)
         found.append(
-            Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros(len(slope)), slope, own)
+            Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((len(slope), 1)), slope, own)
         )
     return tuple(found)
 
@@ -406,21 +423,16 @@ def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: i
 
 
 def fit_all(
-    evidence: Evidence,
-    screened: Sequence[Fit],
-    model: ParticipantModel,
-    settings: GapSettings,
-    threads: int,
-    warnings: list[str],
+    evidence: Evidence, model: ParticipantModel, threads: int, warnings: list[str]
 ) -> list[Fit]:
     """All effects; the strongest fitted by solving again; pairs of the strongest.
 
     Both a derivative and a new solution are approximations of what a person would do: of an effect
     that is solved again the fit with more evidence counts.
     """
-    c, error = evidence.comparison, settings.signature_error
-    fits = {f.label: f for f in screened}
-    short = strongest(screened, evidence.prior, settings.short_list)
+    c, settings = evidence.comparison, evidence.settings
+    fits = {f.label: f for f in evidence.screened}
+    short = strongest(evidence.screened, evidence.prior, settings.short_list)
     log.info("short list: %s", ", ".join(f.label for f in short))
     # Without reference trials the prediction follows errors of the record: small, so linear.
     again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
@@ -435,25 +447,12 @@ def fit_all(
             fits[before.label] = after
     short = strongest([fits[f.label] for f in short], evidence.prior, PAIRED)
     pairs = [
-        fit(pair(one, two), c, error)
+        fit(pair(one, two), c, settings.signature_error)
         for i, one in enumerate(short)
         for two in short[:i]
         if one.hypothesis.effects[0].family != two.hypothesis.effects[0].family
     ]
-    for f in pairs:
-        one, two = (evidence.prior[effect.label] for effect in f.hypothesis.effects)
-        evidence.prior[f.label] = decide.pair_prior(
-            one, two, settings.prior_no_gap + settings.prior_none
-        )
     return [*fits.values(), *pairs]
-
-
-def screen(evidence: Evidence) -> list[Fit]:
-    """All effects fitted to derivatives at the nominal solutions."""
-    return [
-        fit(hypothesis, evidence.comparison, evidence.signature_error)
-        for hypothesis in evidence.hypotheses
-    ]
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

@@ -86,56 +86,41 @@ def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
     )
 
 
-class BodyProblem(Problem):
-    """An optimal control problem with own bounds of the activations of each muscle."""
+def _with_body(base: Problem, body: Body, objective: Objective, hessian: str) -> Problem:
+    """The same movement for another body.
 
-    lower_bound: np.ndarray
-    upper_bound: np.ndarray
-
-    def __init__(
-        self, forces: MuscleForces, body: Body, objective: Objective, hessian: str
-    ) -> None:
-        super().__init__(forces, body.muscles, pack(body.parameters), objective, hessian)
-        self._change(body)
-
-    def with_body(self, body: Body, objective: Objective, hessian: str) -> BodyProblem:
-        """The same movement for another body.
-
-        Opty's set-up, which takes longer than some solves, depends on mesh and equations only.
-        """
-        other = BodyProblem.__new__(BodyProblem)
-        other.__dict__.update(self.__dict__)
-        other.objective_function, other.hessian_mode = objective, hessian
-        other.collocation = _loaded(self.collocation, body)
-        other.lagrangian = replace(
-            self.lagrangian,
-            collocation=other.collocation,
-            exact=hessian == "exact",
-            coupling=objective.excitation_coupling(len(body.muscles.names)),
-        )
-        other.collocator = copy(self.collocator)
-        other.collocator.collocation = other.collocation
-        other.con = other.collocator.generate_constraint_function()
-        other.con_jac = other.collocator.generate_jacobian_function()
-        other.obj, other.obj_grad = other._value, other._gradient
-        other.obj_value = []
-        other._change(body)
-        return other
-
-    def _change(self, body: Body) -> None:
-        """Bounds of a body, and IPOPT's own problem, which knows them."""
-        self.lower_bound, self.upper_bound = body_bounds(
-            self.layout, body, (self.lower_bound, self.upper_bound)
-        )
-        cyipopt.Problem.__init__(
-            self,
-            n=self.num_free,
-            m=self.num_constraints,
-            lb=self.lower_bound,
-            ub=self.upper_bound,
-            cl=self._low_con_bounds,
-            cu=self._upp_con_bounds,
-        )
+    Opty's set-up, which takes longer than some solves, depends on mesh and equations only.
+    """
+    other = Problem.__new__(Problem)
+    other.__dict__.update(base.__dict__)
+    other.objective_function, other.hessian_mode = objective, hessian
+    other.collocation = _loaded(base.collocation, body)
+    other.lagrangian = replace(
+        base.lagrangian,
+        collocation=other.collocation,
+        exact=hessian == "exact",
+        coupling=objective.excitation_coupling(len(body.muscles.names)),
+    )
+    other.collocator = copy(base.collocator)
+    other.collocator.collocation = other.collocation
+    other.con = other.collocator.generate_constraint_function()
+    other.con_jac = other.collocator.generate_jacobian_function()
+    other.obj, other.obj_grad = other._value, other._gradient
+    other.obj_value = []
+    other.lower_bound, other.upper_bound = body_bounds(
+        base.layout, body, (base.lower_bound, base.upper_bound)
+    )
+    # What opty's constructor tells IPOPT of the problem.
+    cyipopt.Problem.__init__(
+        other,
+        n=other.num_free,
+        m=other.num_constraints,
+        lb=other.lower_bound,
+        ub=other.upper_bound,
+        cl=other._low_con_bounds,
+        cu=other._upp_con_bounds,
+    )
+    return other
 
 
 def body_bounds(
@@ -167,9 +152,9 @@ class Movement:
     objective: Objective
     angles_rad: np.ndarray
 
-    def problem(self, body: Body, hessian: str = "exact") -> BodyProblem:
+    def problem(self, body: Body, hessian: str = "exact") -> Problem:
         """The problem with another body."""
-        return self._nominal_problem.with_body(body, self._objective(body), hessian)
+        return _with_body(self._nominal_problem, body, self._objective(body), hessian)
 
     def variant(self, body: Body) -> Variant:
         """The same for derivatives, without opty's set-up."""
@@ -185,8 +170,10 @@ class Movement:
         return replace(self._objective(self.body), reference=reference)
 
     @cached_property
-    def _nominal_problem(self) -> BodyProblem:
-        return BodyProblem(self.forces, self.body, self._objective(self.body), "exact")
+    def _nominal_problem(self) -> Problem:
+        """Mesh, layout and bounds for all bodies; it is not solved itself."""
+        body, objective = self.body, self._objective(self.body)
+        return Problem(self.forces, body.muscles, pack(body.parameters), objective, "exact")
 
     @cached_property
     def _nominal(self) -> Variant:
@@ -344,7 +331,10 @@ def nominal_body(model: ParticipantModel, nodes: int) -> Body:
 
 
 def with_state(move: Movement, point: Start) -> Movement:
-    """The movement whose nominal body knows its muscles' tension and its posture in a solution."""
+    """The movement whose nominal body knows its muscles' tension and its posture in a solution.
+
+    Effects alone turn these into forces, so the nominal problem is the same.
+    """
     x = move.trajectory(point)
     q, u, a = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a))
     muscles = move.body.muscles

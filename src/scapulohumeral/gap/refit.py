@@ -67,7 +67,7 @@ def refit(
         hypothesis = Hypothesis(
             (effect,),
             x,
-            comparison.compress(values),
+            comparison.compress(values)[:, None],
             comparison.compress(slopes),
             first.hypothesis.own,
         )

@@ -31,6 +31,12 @@ SCORES = (
 MEDIANS = (
     ("amplitude: relative error, median", ("amplitude", "relative_error"), "at most 0.15"),
     ("shrinkage: error, median", ("shrinkage", "error"), "at most 0.15"),
+    ("right cause, on the hidden task: removed, median", ("shrinkage", "true_on_hidden_task"), ""),
+    (
+        "oracle (injected effect), on the hidden task: removed, median",
+        ("shrinkage", "oracle_on_hidden_task"),
+        "",
+    ),
     ("time of a diagnosis, median [s]", ("seconds",), "at most 900"),
 )
 

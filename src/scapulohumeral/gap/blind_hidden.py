@@ -1,0 +1,146 @@
+"""How much of the gap on a hidden task an answer removes: the truth that shrinkage is scored by.
+
+The parameters of the answer predict the change on a task that it never saw, with nothing fitted
+again, and are compared with curves of that task free of noise.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.blind import folder_request
+from scapulohumeral.gap.blind_scores import ScoredCase
+from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
+from scapulohumeral.gap.curves import FOLDER as CURVES
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.evidence import effects_of, emg_gains, read_records, repeat_noise
+from scapulohumeral.gap.floor import Comparison, compress, total_covariance
+from scapulohumeral.gap.forward import movement, with_state
+from scapulohumeral.gap.movement import movement_window
+from scapulohumeral.gap.observe import channel_kind, difference, phase_functions
+from scapulohumeral.gap.participant_model import (
+    ModelSettings,
+    ParticipantModel,
+    participant_model,
+)
+from scapulohumeral.gap.refit import Resolve, recorded_change
+from scapulohumeral.gap.run import read_case, read_config
+from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.signatures import respond
+
+log = logging.getLogger(__name__)
+
+
+def hidden_shrinkage(
+    scored: ScoredCase, candidate: Mapping[str, Any], config_file: Path, cache: Path
+) -> float | None:
+    """Share (G0 - G1) / G0 of the noise-free gap that a candidate with its parameters removes.
+
+    G is the root mean square of the difference in units of what two recordings of one person
+    differ by, as the diagnosis found it.
+
+    Parameters
+    ----------
+    scored : case, its answer and its opened key
+    candidate : one of the answer
+    config_file, cache : as for the diagnosis; the model is fitted over the hidden task, too
+
+    Returns
+    -------
+    float | None                     None if the hidden movement cannot be solved
+    """
+    config = read_config(config_file)
+    settings, model_settings = read_settings(config), ModelSettings.of(config, config_file)
+    case = read_case(folder_request(scored.folder, config_file, cache), config)
+    test, reference = (_trial(scored.key, side) for side in ("test", "reference"))
+    references = [reference] if case.reference else []
+    whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
+    hidden = replace(case, test=(test,), reference=tuple(references))
+    errors = pd.read_csv(scored.answer_folder / CURVES / "errors.csv").set_index("error")["value"]
+    share = float(errors["session_share"])
+    try:
+        model = participant_model(whole, model_settings, cache)
+        c, removed = _compared(case, hidden, candidate, model, settings, share)
+    except SolveError as error:
+        log.warning("%s: hidden task: %s", scored.folder.name, error)
+        return None
+    before, after = (float(np.linalg.norm(c.whiten(d))) for d in (c.delta, c.delta - removed))
+    return (before - after) / before
+
+
+def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:
+    """The effects of a candidate in the order of its parameters; a pair's label is sorted."""
+    labels, names = candidate["label"].split(" + "), [p["name"] for p in candidate["parameters"]]
+    chosen = [effect for effect in effects if effect.label in labels]
+    if [p.name for effect in chosen for p in effect.params] != names:
+        chosen.reverse()
+    return chosen
+
+
+def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
+    """A noise-free trial of the hidden task; `side` is "test" or "reference"."""
+    curves = key["hidden_task"][side]
+    time_s, angles = np.array(curves["time_s"]), np.deg2rad(curves["angles_deg"])
+    emg = None
+    if curves.get("emg"):
+        names = [name for name in key["channels"] if channel_kind(name) == "emg"]
+        emg = EmgSeries(time_s, tuple(names), np.array(curves["emg"]))
+    window = movement_window(time_s, angles)
+    return GapTrial(side, "hidden", 1, time_s, angles, emg, None, window, Path(side))
+
+
+def _compared(
+    case: Case,
+    hidden: Case,
+    candidate: Mapping[str, Any],
+    model: ParticipantModel,
+    settings: GapSettings,
+    session_share: float,
+) -> tuple[Comparison, np.ndarray]:
+    """The difference on the hidden task, and the change (D,) that a candidate predicts."""
+    effects = _ordered(effects_of(case, model, settings), candidate)
+    records = read_records(case, model, settings, [])
+    unseen = read_records(hidden, model, settings, [])
+    [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
+    response = respond("hidden", anchor, model, effects, records.recorder, settings)
+    gains, spread, base = np.ones(len(records.channels)), None, anchor
+    if records.reference:
+        gains = emg_gains([response], unseen)
+    else:
+        response, base = response.of_residual(), response.nominal
+        spread = (settings.model, records.channels)
+    functions = phase_functions(settings.nodes, settings.phase_functions)
+    noise = repeat_noise(records, functions, settings)
+    # As exact as the mean of the visible trials of one task.
+    repeats = noise.covariance * len(records.test) / len(case.test)
+    comparison = Comparison(
+        delta=compress([difference(test, base)], functions),
+        covariance=total_covariance(repeats, [response], functions, spread, session_share),
+        noise=repeats,
+        functions=functions,
+        tasks=("hidden",),
+        channels=records.channels,
+        degrees=noise.worth,
+    )
+    values = iter([parameter["value"] for parameter in candidate["parameters"]])
+    change = np.zeros_like(comparison.delta)
+    for effect, slope in zip(effects, response.effects, strict=True):
+        x = np.array([p.internal(next(values)) for p in effect.params])
+        if not records.reference:
+            own = np.tensordot(x, slope, 1)
+        elif effect.changes_body:
+            move = with_state(movement(model, anchor, settings), response.point)
+            resolve = Resolve(move, response, records.recorder, settings.iterations)
+            own = gains * resolve.solved(effect, x, response.point)[0]
+        else:
+            own = recorded_change(effect, x, response)[0]
+        change += compress([own], functions)
+    return comparison, change

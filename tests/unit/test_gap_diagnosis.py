@@ -153,6 +153,16 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
     assert answer.robustness.agree == answer.robustness.cells
 
 
+def test_the_right_cause_removes_more_than_random_forces_do():
+    answer = diagnosed(effect=RIGHT)
+    shares = dict(answer.curves["controls"].itertuples(index=False))
+    assert set(shares) == {"black box", "placebo 1", "placebo 2", "placebo 3"}
+    kept = answer.shrinkage.held_out_trial.value
+    assert kept > 0.5
+    assert all(shares[f"placebo {i}"] < 0.5 * kept for i in (1, 2, 3))
+    assert "controls" not in diagnosed().curves
+
+
 def failing(*tasks):
     """A nominal model that cannot do some tasks."""
 

@@ -38,7 +38,7 @@ TABLES: dict[str, tuple[str, ...]] = {
     "isolability": ("label_a", "label_b", "p_apart"),
     # Amplitude of the best effect, fitted to each task alone.
     "amplitude": ("task", "parameter", "value", "low", "high", "unit"),
-    # What the controls reach on held-out trials: black box, placebos, the winner.
+    # What disappears on held-out trials without a cause: black box, placebos.
     "controls": ("name", "shrinkage"),
     # One row per cell of the robustness grid.
     "robustness": ("cell", "verdict", "agrees"),

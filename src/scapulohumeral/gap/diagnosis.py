@@ -51,7 +51,7 @@ from scapulohumeral.gap.result import (
     describe_inputs,
 )
 from scapulohumeral.gap.settings import GapSettings, read_settings
-from scapulohumeral.gap.shrinkage import shrinkage
+from scapulohumeral.gap.shrinkage import controls, shrinkage
 from scapulohumeral.gap.tables import (
     amplitude_table,
     enters_table,
@@ -153,7 +153,10 @@ def _answer(
     splitting = {e.label: e.splitting for e in evidence.effects}
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
-    cost = shrinkage(best, c, evidence.trials, error, case.seed) if present else None
+    cost, without_cause = None, []
+    if present:
+        cost = shrinkage(best, c, evidence.trials, error, case.seed)
+        without_cause = controls(c, evidence.trials, evidence.boxes, case.seed)
     if present and not found.standing_out:
         warnings.append(
             "no channel stands out by itself: regions are those above 5 % point by point"
@@ -185,7 +188,9 @@ def _answer(
             "signature": signature_table(c, best),
             "isolability": isolability_table(likely, apart),
             "amplitude": amplitude_table(best, by_task),
-            **plain_tables({"robustness": variants, "errors": _errors(evidence)}),
+            **plain_tables(
+                {"robustness": variants, "errors": _errors(evidence), "controls": without_cause}
+            ),
         },
     )
 

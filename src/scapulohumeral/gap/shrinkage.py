@@ -8,13 +8,15 @@ Letters: D coefficients, P parameters, T tasks, L test trials.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from scapulohumeral.gap.attribute import Fit, Hypothesis, fit
+from scapulohumeral.gap.attribute import BLACK_BOX_SIZES, Fit, black_box_evidence, fit
 from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.locate import Disturbances
 from scapulohumeral.gap.observe import channel_kind, channel_unit
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
@@ -22,6 +24,7 @@ FEWEST_FOR_INTERVAL = 4
 RESAMPLES = 500
 # A gap this close to the floor leaves nothing to reduce.
 REDUCIBLE = 0.05
+PLACEBOS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +66,11 @@ def shrinkage(
         others = [other for other in comparison.tasks if other != task]
         if others:
             splits["new_task"].append((part, hypothesis.predict(left_after(others))[rows]))
-    splits["held_out_trial"] = _held_out(hypothesis, comparison, trials, relative_error)
+    splits["held_out_trial"] = _held_out(
+        lambda training: hypothesis.predict(fit(hypothesis, training, relative_error).x),
+        comparison,
+        trials,
+    )
     shares = {name: _share(parts, seed) for name, parts in splits.items()}
     groups = [
         group
@@ -76,13 +83,53 @@ def shrinkage(
     )
 
 
+def controls(
+    comparison: Comparison, trials: Sequence[TrialDifference], boxes: Disturbances, seed: int
+) -> list[tuple[str, float]]:
+    """Shares that disappear on held-out trials without any cause.
+
+    Smooth disturbances of every degree of freedom and channel follow any gap; a smooth random
+    generalised force, the same in all tasks and of one unknown size, should follow none.
+
+    Returns
+    -------
+    name and share : of the black box and of each placebo, if there are trials to hold out
+    """
+    rng = np.random.default_rng(seed)
+    forces = sum(kind == "dof" for kind, _ in boxes.names) * boxes.shapes[0].shape[1]
+    by_task = np.split(boxes.columns, len(comparison.tasks), axis=1)
+    placebos = [
+        sum(columns[:, :forces] for columns in by_task) @ rng.normal(size=forces)
+        for _ in range(PLACEBOS)
+    ]
+    found = {"black box": _held_out(partial(_smooth, columns=boxes.columns), comparison, trials)}
+    for i, change in enumerate(placebos):
+        predict = partial(_scaled, change=change)
+        found[f"placebo {i + 1}"] = _held_out(predict, comparison, trials)
+    shares = {name: _share(parts, seed) for name, parts in found.items()}
+    return [(name, share.value) for name, share in shares.items() if share is not None]
+
+
+def _smooth(training: Comparison, columns: np.ndarray) -> np.ndarray:
+    """Most probable change (D,) by smooth disturbances (D, S) of the most probable size."""
+    size = max(BLACK_BOX_SIZES, key=lambda s: black_box_evidence(training, s * columns, (1.0,)))
+    white = size * training.whiten(columns)
+    inner = np.eye(white.shape[1]) + white.T @ white
+    return size * columns @ np.linalg.solve(inner, white.T @ training.whiten(training.delta))
+
+
+def _scaled(training: Comparison, change: np.ndarray) -> np.ndarray:
+    """A change (D,), as large as fits best."""
+    white = training.whiten(change)
+    return float(white @ training.whiten(training.delta)) / float(white @ white) * change
+
+
 def _held_out(
-    hypothesis: Hypothesis,
+    predict: Callable[[Comparison], np.ndarray],
     comparison: Comparison,
     trials: Sequence[TrialDifference],
-    relative_error: float,
 ) -> list[tuple[Comparison, np.ndarray]]:
-    """Each trial with the change predicted by parameters fitted to the other trials."""
+    """Each trial with the change (D,) that is predicted from the other trials."""
     parts = []
     for i, trial in enumerate(trials):
         delta = comparison.delta.copy()
@@ -91,8 +138,7 @@ def _held_out(
         if rest:
             delta[rows] = np.mean([t.comparison.delta for t in rest], axis=0)
             training = replace(comparison, delta=delta)
-            x = fit(hypothesis, training, relative_error).x
-            parts.append((trial.comparison, hypothesis.predict(x)[rows]))
+            parts.append((trial.comparison, predict(training)[rows]))
     return parts
 
 

@@ -5,7 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scapulohumeral.gap.blind_baselines import MOST_COMMON, baseline_families, rule_based
+from scapulohumeral.gap.blind_baselines import (
+    MOST_COMMON,
+    baseline_families,
+    control_shares,
+    rule_based,
+)
 from scapulohumeral.gap.case import (
     Case,
     EmgSeries,
@@ -86,3 +91,11 @@ def test_methods_of_the_diagnosis_are_read_from_its_table(
         "rule_based": "no_gap",
         "cosine": "body/strength_loss",
     }
+
+
+def test_controls_are_read_where_a_gap_was_found(tmp_path: Path) -> None:
+    assert control_shares(tmp_path) == (None, None)
+    (tmp_path / "curves").mkdir()
+    table = "name,shrinkage\nblack box,0.9\nplacebo 1,0.1\nplacebo 2,0.2\n"
+    (tmp_path / "curves" / "controls.csv").write_text(table)
+    assert control_shares(tmp_path) == (0.9, 0.2)

@@ -2,7 +2,8 @@
 
 The prior alone always names the family that most effects of the library belong to; the rules are
 what an experienced person would try first. Methods that need the model (cosine, per-sample BIC,
-black box, oracle) are run by the diagnosis and read from its table ``curves/baselines.csv``.
+screening) are run by the diagnosis and read from its table ``curves/baselines.csv``; what a black
+box and placebos remove of the gap is read from ``curves/controls.csv``.
 
 Letters: F = 51 phase points, C EMG channels.
 """
@@ -35,6 +36,7 @@ SAME_FACTOR = 0.15
 STEADY_SHARE = 0.5
 LEAD_S = 0.03
 TABLE = Path("curves") / "baselines.csv"
+CONTROLS = Path("curves") / "controls.csv"
 
 
 def baseline_families(folder: Path, answer_folder: Path) -> dict[str, str]:
@@ -52,6 +54,17 @@ def baseline_families(folder: Path, answer_folder: Path) -> dict[str, str]:
         with table.open(encoding="utf-8", newline="") as stream:
             named |= {row["method"]: _family(row["label"]) for row in csv.DictReader(stream)}
     return named
+
+
+def control_shares(answer_folder: Path) -> tuple[float | None, float | None]:
+    """Shares on held-out trials: of the black box, and the largest of the placebos."""
+    table = answer_folder / CONTROLS
+    if not table.exists():
+        return None, None
+    with table.open(encoding="utf-8", newline="") as stream:
+        shares = {row["name"]: float(row["shrinkage"]) for row in csv.DictReader(stream)}
+    box = shares.pop("black box", None)
+    return box, max(shares.values(), default=None)
 
 
 def read_trial_folders(folder: Path) -> Case:

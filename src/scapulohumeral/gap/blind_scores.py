@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from scapulohumeral.gap.blind_baselines import baseline_families
+from scapulohumeral.gap.blind_baselines import baseline_families, control_shares
 from scapulohumeral.gap.result import NO_GAP, NONE
 
 Z95 = 1.959964
@@ -331,7 +331,8 @@ def _amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:
 
 def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     right = [case for case in single if case.right_single]
-    claimed = {id(case): _claimed_shrinkage(case) for case in right}
+    controls = [control_shares(case.answer_folder) for case in right]
+    claimed = {id(case): _claimed(case, "new_task") for case in right}
     values = [value for value in claimed.values() if value is not None]
     errors, covered = [], []
     for case in right:
@@ -348,16 +349,20 @@ def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
         "true_on_hidden_task": _spread([case.hidden for case in right]),
         # What the injected effect would remove, whatever was answered.
         "oracle_on_hidden_task": _spread([case.oracle for case in single]),
+        "held_out_trial": _spread([_claimed(case, "held_out_trial") for case in right]),
+        "black_box_on_held_out_trial": _spread([box for box, _ in controls]),
+        "best_placebo_on_held_out_trial": _spread([placebo for _, placebo in controls]),
         "error": _spread(errors),
         "ci_coverage": rate(covered),
     }
 
 
-def _claimed_shrinkage(case: ScoredCase) -> float | None:
+def _claimed(case: ScoredCase, split: str) -> float | None:
+    """Share of the gap that the answer says to remove."""
     shrinkage = None if case.verdict is None else case.verdict["shrinkage"]
-    if shrinkage is None or shrinkage["new_task"] is None:
+    if shrinkage is None or shrinkage.get(split) is None:
         return None
-    return float(shrinkage["new_task"]["value"])
+    return float(shrinkage[split]["value"])
 
 
 def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:

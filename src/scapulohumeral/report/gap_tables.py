@@ -31,6 +31,9 @@ SCORES = (
 MEDIANS = (
     ("amplitude: relative error, median", ("amplitude", "relative_error"), "at most 0.15"),
     ("shrinkage: error, median", ("shrinkage", "error"), "at most 0.15"),
+    ("right cause, on held-out trials: removed, median", ("shrinkage", "held_out_trial"), ""),
+    ("black box there", ("shrinkage", "black_box_on_held_out_trial"), ""),
+    ("best of three placebos there", ("shrinkage", "best_placebo_on_held_out_trial"), ""),
     ("right cause, on the hidden task: removed, median", ("shrinkage", "true_on_hidden_task"), ""),
     (
         "oracle (injected effect), on the hidden task: removed, median",

@@ -20,12 +20,15 @@ from scapulohumeral.gap.attribute import (
     task_agreement,
 )
 from scapulohumeral.gap.baselines import baseline_labels
+from scapulohumeral.gap.decide import Posterior, hint, next_trial, separability
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.result import Candidate, Entered
 
 pytestmark = pytest.mark.unit
 
+SHARES = {"a": 0.4, "b": 0.6, "c": 0.7}
 FUNCTIONS = phase_functions(NODES, 4)
 TASKS = ("a", "b")
 SIZE = 2 * 10 * 4
@@ -223,3 +226,32 @@ def test_baselines_name_the_cause_where_signatures_differ():
     assert baseline_labels(there, screened, prior) == [
         (method, one.label) for method in ("cosine", "per_sample_bic", "screening")
     ]
+
+
+def test_next_trial_is_the_task_in_which_the_signatures_differ():
+    one = hypothesis(DAMPING, 1)
+    there = comparison(one.slope @ [0.5])
+    slope = one.slope.copy()
+    slope[there.rows(["b"])] += np.random.default_rng(5).normal(size=slope[::2].shape)
+    other = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), slope)
+    fits = [fit(h, there, 0.1) for h in (one, other)]
+    labels = [f.label for f in fits]
+    found = next_trial(fits, labels, there, 0.1)
+    assert (found.task, found.splits) == ("b", tuple(labels))
+    assert found.p_correct > separability(fits, there, 0.1)[0, 1]
+    assert next_trial(fits, labels[:1], there, 0.1) is None
+
+
+def test_hint_names_what_is_closest_and_where_it_enters():
+    near = [Candidate(name, "member", 0.1, None, share, None, ()) for name, share in SHARES.items()]
+    entered = [
+        Entered("dof", name, (0.0, 50.0), 1.0, "N m", 0.01, share, True)
+        for name, share in (("GH_rx", 0.2), ("EL_rx", 0.5), ("SC_rz", 0.3))
+    ]
+    unknown = Posterior(dict.fromkeys(SHARES, 0.1), 0.6, 0.1)
+    assert hint(near, unknown, entered) == (
+        "the closest known effects are a (leaves 40 % unexplained) and "
+        "b (leaves 60 % unexplained); it enters most at EL_rx, SC_rz"
+    )
+    assert hint(near, unknown, ()).endswith("b (leaves 60 % unexplained)")
+    assert hint(near, Posterior({"a": 0.7, "b": 0.1, "c": 0.1}, 0.1, 0.0), entered) is None

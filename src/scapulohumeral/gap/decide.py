@@ -6,7 +6,7 @@ Probabilities hold if the cause is in the library, and as far as their temperatu
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -22,6 +22,8 @@ from scapulohumeral.gap.result import (
     Candidate,
     Detectable,
     EffectClass,
+    Entered,
+    NextTrial,
 )
 
 APART = 0.95
@@ -31,6 +33,8 @@ POWER = 0.8
 NEGLIGIBLE = 0.01
 COMPARED = 10
 AT_BOUND = 1e-6
+# Effects and places that a hint names.
+PLACES = 2
 # Prior share of two effects at once, over all pairs: less than there are, because in opened blind
 # cases of one effect a second one that was not there gained up to 14 units of log evidence.
 PAIRS = 0.03
@@ -161,6 +165,49 @@ def separability(fits: Sequence[Fit], comparison: Comparison, relative_error: fl
             )
             result[i, k] = result[k, i] = float(norm.cdf(0.5 * d))
     return result
+
+
+def next_trial(
+    fits: Sequence[Fit], group: Sequence[str], comparison: Comparison, relative_error: float
+) -> NextTrial | None:
+    """Recorded task whose repetition would best tell the first two effects of a class apart.
+
+    Parameters
+    ----------
+    fits : the most probable first; group : labels of the class of the first
+    comparison : what was explained; relative_error : of predicted changes
+
+    Returns
+    -------
+    NextTrial | None     with as many further test and reference trials of the task, which halve its
+                         noise but not what sessions change; None if the first stands alone
+    """
+    pair = [f for f in fits if f.label in group][:2]
+    if len(pair) < len(group[:2]) or len(group) < 2:
+        return None
+
+    def apart(task: str) -> float:
+        rows = np.ix_(comparison.rows([task]), comparison.rows([task]))
+        noise, covariance = comparison.noise.copy(), comparison.covariance.copy()
+        noise[rows] *= 0.5
+        covariance[rows] -= noise[rows]
+        more = replace(comparison, noise=noise, covariance=covariance)
+        return float(separability(pair, more, relative_error)[0, 1])
+
+    best = max(comparison.tasks, key=apart)
+    return NextTrial(best, tuple(f.label for f in pair), apart(best))
+
+
+def hint(rows: Sequence[Candidate], found: Posterior, enters: Sequence[Entered]) -> str | None:
+    """What none of the known effects resembles most, and where it enters; no verdict."""
+    if found.none < max(found.labels.values()):
+        return None
+    near = [
+        f"{row.label} (leaves {100.0 * row.unexplained_share:.0f} % unexplained)" for row in rows
+    ]
+    places = [region.name for region in sorted(enters, key=lambda region: -region.share)]
+    where = f"; it enters most at {', '.join(places[:PLACES])}" if places else ""
+    return f"the closest known effects are {' and '.join(near[:PLACES])}{where}"
 
 
 def candidates(

@@ -165,6 +165,7 @@ def _answer(
         warnings.append("no reference trials: errors of the model itself lower all confidence")
     if cost and any(s and s.ci95 is None for s in vars(cost).values() if hasattr(s, "ci95")):
         warnings.append("shrinkage: fewer than four parts, so some shares have no interval")
+    causes = decide.candidates(fits, p, groups, {best.label: agreement}, ends)
     return Diagnosis(
         status=status,
         status_reason=why,
@@ -172,12 +173,14 @@ def _answer(
         inputs=describe_inputs(case),
         gap=_gap(evidence, is_there, fits, records),
         regions=Regions(shows_, enters),
-        candidates=decide.candidates(fits, p, groups, {best.label: agreement}, ends),
+        candidates=causes,
         none_p=p.none,
         no_gap_p=p.no_gap,
         set90=decide.conformal_set(p),
         classes=decide.effect_classes(groups, p, splitting),
         shrinkage=cost,
+        next_trial=decide.next_trial(likely, groups[0], c, error) if present and groups else None,
+        hint=decide.hint(causes, p, enters) if present else None,
         untestable=untestable(evidence.effects),
         robustness=robust,
         warnings=tuple(warnings),

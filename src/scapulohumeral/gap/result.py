@@ -206,7 +206,7 @@ class Shrinkage:
 
 @dataclass(frozen=True)
 class NextTrial:
-    """The trial that would tell `splits` apart, correctly with `p_correct`."""
+    """The task that, recorded again, best tells `splits` apart: rightly with `p_correct`."""
 
     task: str
     splits: tuple[str, ...]

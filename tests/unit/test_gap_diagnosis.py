@@ -278,11 +278,9 @@ def test_predictions_have_no_null_bank():
     assert answer.hashes["null_bank"] is None
 
 
-@pytest.mark.parametrize(("value", "share"), [(1.5, 1.0), (1.0, 0.0), (1.25, 0.5)])
-@pytest.mark.parametrize("reference", [True, False])
-def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(
-    monkeypatch, value, share, reference
-):
+def compared_on_a_hidden_task(monkeypatch, value, reference):
+    """Difference of a hidden task in which one EMG channel is half as loud again, and what an
+    answer with a gain of `value` removes of it."""
     monkeypatch.setattr(blind_hidden, "respond", made_up_response)
     plain = trial("high", 0, np.zeros((NODES, 12)), True, 5)
     louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
@@ -292,13 +290,22 @@ def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(
     )
     label = "measurement/emg_gain/EMG_b"
     candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
-    compared = blind_hidden._compared(whole, hidden, candidate, None, SETTINGS, 1.0)
-    if not reference:
-        # The made-up model predicts what is recorded, so that nothing is left to remove.
-        np.testing.assert_allclose(compared[0].delta, 0.0, atol=1e-12)
-        return
-    before, after = (np.linalg.norm(compared[0].delta - k * compared[1]) for k in (0.0, 1.0))
+    there, removed = blind_hidden._compared(whole, hidden, candidate, None, SETTINGS, 1.0)
+    return there.delta, removed
+
+
+@pytest.mark.parametrize(("value", "share"), [(1.5, 1.0), (1.0, 0.0), (1.25, 0.5)])
+def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(monkeypatch, value, share):
+    delta, removed = compared_on_a_hidden_task(monkeypatch, value, reference=True)
+    before, after = np.linalg.norm(delta), np.linalg.norm(delta - removed)
     assert 1.0 - after / before == pytest.approx(share, abs=1e-9)
+
+
+@pytest.mark.parametrize("value", [1.5, 1.0, 1.25])
+def test_hidden_task_without_reference_is_compared_with_its_prediction(monkeypatch, value):
+    """The made-up model predicts what is recorded, so that nothing is left to remove."""
+    delta, _ = compared_on_a_hidden_task(monkeypatch, value, reference=False)
+    np.testing.assert_allclose(delta, 0.0, atol=1e-12)
 
 
 def test_hidden_trials_and_pairs_are_read_in_their_own_order():

@@ -121,6 +121,10 @@ rule score_blind_answers:
         answers="results/gap/{benchmark}/answers",
         vault=os.path.expanduser(config["blind"]["keys"]),
     threads: 1
+    # Solves the hidden task of every single effect, with a model that is fitted over it too.
+    resources:
+        mem_mb=4000,
+        runtime=120,
     message:
         "Blind cases ({wildcards.benchmark}): open the keys and score"
     shell:

@@ -10,13 +10,13 @@ Letters: F = 51 phase points, C EMG channels.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from scapulohumeral.gap.case import Case, GapTrial, make_case
+from scapulohumeral.gap.curves import read_pairs
 from scapulohumeral.gap.participant import read_participant_file
 from scapulohumeral.gap.result import NO_GAP
 from scapulohumeral.gap.trials import read_trials, trial_files
@@ -35,8 +35,6 @@ LEAST_SD = (0.7, 0.01)
 SAME_FACTOR = 0.15
 STEADY_SHARE = 0.5
 LEAD_S = 0.03
-TABLE = Path("curves") / "baselines.csv"
-CONTROLS = Path("curves") / "controls.csv"
 
 
 def baseline_families(folder: Path, answer_folder: Path) -> dict[str, str]:
@@ -49,20 +47,14 @@ def baseline_families(folder: Path, answer_folder: Path) -> dict[str, str]:
         method and label
     """
     named = {"prior_only": MOST_COMMON, "rule_based": rule_based(read_trial_folders(folder))}
-    table = answer_folder / TABLE
-    if table.exists():
-        with table.open(encoding="utf-8", newline="") as stream:
-            named |= {row["method"]: _family(row["label"]) for row in csv.DictReader(stream)}
-    return named
+    run = read_pairs(answer_folder, "baselines")
+    return named | {method: _family(label) for method, label in run.items()}
 
 
 def control_shares(answer_folder: Path) -> tuple[float | None, float | None]:
     """Shares on held-out trials: of the black box, and the largest of the placebos."""
-    table = answer_folder / CONTROLS
-    if not table.exists():
-        return None, None
-    with table.open(encoding="utf-8", newline="") as stream:
-        shares = {row["name"]: float(row["shrinkage"]) for row in csv.DictReader(stream)}
+    written = read_pairs(answer_folder, "controls")
+    shares = {name: float(share) for name, share in written.items()}
     box = shares.pop("black box", None)
     return box, max(shares.values(), default=None)
 

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from scapulohumeral.errors import SolveError
+from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.blind_scores import ScoredCase
 from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.curves import FOLDER as CURVES
+from scapulohumeral.gap.curves import read_pairs
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.evidence import effects_of, emg_gains, read_records, repeat_noise
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
@@ -32,6 +31,7 @@ from scapulohumeral.gap.participant_model import (
     participant_model,
 )
 from scapulohumeral.gap.refit import Resolve, recorded_change
+from scapulohumeral.gap.result import JOIN
 from scapulohumeral.gap.run import read_case, read_config
 from scapulohumeral.gap.settings import GapSettings, read_settings
 from scapulohumeral.gap.signatures import respond
@@ -56,6 +56,10 @@ def hidden_shrinkage(
     Returns
     -------
     float | None                     None if the hidden movement cannot be solved
+
+    Raises
+    ------
+    DataError                        the answer lacks its table of errors
     """
     config = read_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config, config_file)
@@ -64,7 +68,12 @@ def hidden_shrinkage(
     references = [reference] if case.reference else []
     whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
     hidden = replace(case, test=(test,), reference=tuple(references))
-    errors = pd.read_csv(scored.answer_folder / CURVES / "errors.csv").set_index("error")["value"]
+    errors = read_pairs(scored.answer_folder, "errors")
+    if not errors:
+        raise DataError(
+            f"{scored.answer_folder}: no curves/errors.csv; expected an answer of this version. "
+            "Answer the cases again."
+        )
     share = float(errors["session_share"])
     try:
         model = participant_model(whole, model_settings, cache)
@@ -78,7 +87,7 @@ def hidden_shrinkage(
 
 def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:
     """The effects of a candidate in the order of its parameters; a pair's label is sorted."""
-    labels, names = candidate["label"].split(" + "), [p["name"] for p in candidate["parameters"]]
+    labels, names = candidate["label"].split(JOIN), [p["name"] for p in candidate["parameters"]]
     chosen = [effect for effect in effects if effect.label in labels]
     if [p.name for effect in chosen for p in effect.params] != names:
         chosen.reverse()

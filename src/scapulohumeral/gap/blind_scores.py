@@ -18,14 +18,13 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.gap.blind_baselines import baseline_families, control_shares
-from scapulohumeral.gap.result import NO_GAP, NONE
+from scapulohumeral.gap.result import JOIN, NO_GAP, NONE
 
 Z95 = 1.959964
 CALIBRATION_BINS = 5
 FALSE_REJECTION = 0.1
 KEPT_SHARE = 0.7
 REGION_SIGMA = 2.0
-JOIN = " + "
 UNANSWERED = "unanswered"
 # Fixed before keys are drawn, and published with their hashes.
 REGISTERED = {

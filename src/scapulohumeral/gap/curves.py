@@ -5,6 +5,7 @@ A diagnosis holds those it could compute; the report draws those it finds.
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -64,6 +65,15 @@ def check_curves(curves: Mapping[str, pd.DataFrame]) -> None:
                 f"curves, '{name}': columns {', '.join(map(str, table.columns))}; expected "
                 f"{', '.join(TABLES[name])}."
             )
+
+
+def read_pairs(out: Path, name: str) -> dict[str, str]:
+    """A written table of two columns as first -> second; empty if it was not written."""
+    path = out / FOLDER / f"{name}.csv"
+    if not path.exists():
+        return {}
+    with path.open(encoding="utf-8", newline="") as stream:
+        return {row[TABLES[name][0]]: row[TABLES[name][1]] for row in csv.DictReader(stream)}
 
 
 def write_curves(curves: Mapping[str, pd.DataFrame], out: Path) -> None:

@@ -16,6 +16,7 @@ from scapulohumeral.gap.attribute import Fit, distance
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.result import (
+    JOIN,
     NO_GAP,
     NONE,
     Amplitude,
@@ -65,7 +66,7 @@ def pair_priors(single: Mapping[str, float], reserved: float) -> dict[str, float
     """Prior of two labels at once: all possible pairs share theirs, not only those looked at."""
     share = PAIRS * 2.0 / (1.0 - reserved) ** 2
     return {
-        " + ".join(sorted(both)): share * single[both[0]] * single[both[1]]
+        JOIN.join(sorted(both)): share * single[both[0]] * single[both[1]]
         for both in combinations(single, 2)
     }
 
@@ -183,7 +184,7 @@ def next_trial(
                          noise but not what sessions change; None if the first stands alone
     """
     pair = [f for f in fits if f.label in group][:2]
-    if len(pair) < len(group[:2]) or len(group) < 2:
+    if len(pair) < 2:
         return None
 
     def apart(task: str) -> float:
@@ -194,20 +195,22 @@ def next_trial(
         more = replace(comparison, noise=noise, covariance=covariance)
         return float(separability(pair, more, relative_error)[0, 1])
 
-    best = max(comparison.tasks, key=apart)
-    return NextTrial(best, tuple(f.label for f in pair), apart(best))
+    found = {task: apart(task) for task in comparison.tasks}
+    best = max(found, key=lambda task: found[task])
+    return NextTrial(best, tuple(f.label for f in pair), found[best])
 
 
 def hint(rows: Sequence[Candidate], found: Posterior, enters: Sequence[Entered]) -> str | None:
     """What none of the known effects resembles most, and where it enters; no verdict."""
     if found.none < max(found.labels.values()):
         return None
-    near = [
-        f"{row.label} (leaves {100.0 * row.unexplained_share:.0f} % unexplained)" for row in rows
-    ]
-    places = [region.name for region in sorted(enters, key=lambda region: -region.share)]
-    where = f"; it enters most at {', '.join(places[:PLACES])}" if places else ""
-    return f"the closest known effects are {' and '.join(near[:PLACES])}{where}"
+    near = " and ".join(
+        f"{row.label} (leaves {100.0 * row.unexplained_share:.0f} % unexplained)"
+        for row in rows[:PLACES]
+    )
+    largest = sorted(enters, key=lambda region: -region.share)[:PLACES]
+    where = f"; it enters most at {', '.join(r.name for r in largest)}" if largest else ""
+    return f"the closest known effects are {near}{where}"
 
 
 def candidates(
@@ -244,7 +247,7 @@ def _level(label: str, groups: Sequence[Sequence[str]]) -> str:
     A pair that holds the label too does not contradict it.
     """
     group = next((group for group in groups if label in group), [label])
-    mates = [mate for mate in group if mate == label or label not in mate.split(" + ")]
+    mates = [mate for mate in group if mate == label or label not in mate.split(JOIN)]
     for depth, name in ((3, "member"), (2, "family")):
         if len({"/".join(mate.split("/")[:depth]) for mate in mates}) == 1:
             return name

@@ -25,6 +25,8 @@ from scapulohumeral.gap.case import Case
 
 SCHEMA_FILE = "result.schema.json"
 NONE, NO_GAP = "none", "no_gap"
+# Between the two effects of a pair.
+JOIN = " + "
 # Probabilities and shares are sums of many rounded numbers.
 SUM_TOLERANCE = 1e-6
 
@@ -330,7 +332,7 @@ def _probability_faults(document: Mapping[str, Any]) -> Iterator[str]:
     if unknown:
         yield f"set90: {', '.join(sorted(unknown))} is no candidate"
     for label in labels:
-        if label.split(" + ") != sorted(label.split(" + ")):
+        if label.split(JOIN) != sorted(label.split(JOIN)):
             yield f"candidates: '{label}'; expected its effects in alphabetical order"
     ids = {entry["id"] for entry in document["classes"]}
     for candidate in candidates:

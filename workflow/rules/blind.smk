@@ -120,10 +120,10 @@ rule score_blind_answers:
     params:
         answers="results/gap/{benchmark}/answers",
         vault=os.path.expanduser(config["blind"]["keys"]),
-    threads: 1
+    threads: 2
     # Solves the hidden task of every single effect, with a model that is fitted over it too.
     resources:
-        mem_mb=4000,
+        mem_mb=8000,
         runtime=120,
     message:
         "Blind cases ({wildcards.benchmark}): open the keys and score"
@@ -131,4 +131,4 @@ rule score_blind_answers:
         "keys=$(ls -d {params.vault}/{wildcards.benchmark}-* | tail -n 1)"
         " && python -m scapulohumeral.gap.cli gap blind score --cases {input.cases}"
         " --published {input.published} --answers {params.answers} --keys $keys"
-        " --out {output.scores} > {log.python} 2>&1"
+        " --out {output.scores} --jobs {threads} > {log.python} 2>&1"

@@ -23,6 +23,7 @@ from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.result import JOIN
 
 # Share of the signature error that is spread over all channels, for effects on the record.
 SPREAD_SHARE = 0.3
@@ -63,7 +64,7 @@ class Hypothesis:
     @property
     def label(self) -> str:
         """Label in answers."""
-        return " + ".join(sorted(effect.label for effect in self.effects))
+        return JOIN.join(sorted(effect.label for effect in self.effects))
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -32,6 +32,8 @@ STATISTICS = (
     "attribute.py", "evidence.py", "floor.py", "forward.py", "locate.py", "movement.py",
     "observe.py", "signatures.py",
 )  # fmt: skip
+# Settings that neither tests nor thresholds read.
+AFTERWARDS = ("short_list", "refits", "temperature", "null_bank")
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,12 @@ def inflation(bank: NullBank | None, mode: str, emg: bool, alpha: float) -> tupl
 
 
 def bank_hash(settings: GapSettings) -> str:
-    """Hash of what the bank depends on: the statistics, the effects, and the settings."""
-    return hashlib.sha256((_code_hash() + repr(settings)).encode()).hexdigest()
+    """Hash of what the bank depends on: the statistics, the effects, and the settings.
+
+    Settings of what follows the tests are left out.
+    """
+    tests = {k: v for k, v in vars(settings).items() if k not in AFTERWARDS}
+    return hashlib.sha256((_code_hash() + repr(tests)).encode()).hexdigest()
 
 
 @cache

@@ -20,12 +20,14 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.blind_scores import REGISTERED, ScoredCase, score_card
+from scapulohumeral.gap.evidence import side_by_side
 from scapulohumeral.gap.run import ENTRY, RESULT, Request
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
@@ -122,7 +124,7 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
 
 
 def score(
-    files: BlindFiles, keys: Path, out: Path, shrinks: Shrinks | None = None
+    files: BlindFiles, keys: Path, out: Path, shrinks: Shrinks | None = None, jobs: int = 1
 ) -> dict[str, Any]:
     """Check all hashes, open the keys, and write the score card.
 
@@ -133,6 +135,7 @@ def score(
     out : ``scores.json``
     shrinks : share of the noise-free gap on the hidden task that a candidate of an answer removes;
         asked for singles. Without it shrinkage is not compared with a truth
+    jobs : processes that ask for it
 
     Raises
     ------
@@ -147,8 +150,9 @@ def score(
             raise DataError(f"{keys / name}.json: not the key that was sealed; restore it.")
         if folder_hash(files.cases / name) != hashes["inputs"]:
             raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
-        case = _scored_case(files, keys, name, record)
-        cases.append(case if shrinks is None else _with_hidden(case, shrinks))
+        cases.append(_scored_case(files, keys, name, record))
+    if shrinks is not None:
+        cases = side_by_side(partial(_with_hidden, shrinks=shrinks), [(c,) for c in cases], jobs)
     before = _looks(keys)
     card: dict[str, Any] = {
         "schema": SCORE_SCHEMA,

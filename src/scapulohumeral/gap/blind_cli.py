@@ -22,7 +22,6 @@ def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache
     seal = _step(steps, "seal", "publish hashes of keys", "--cases", "--keys", "--published")
     seal.set_defaults(run=_seal)
     answer = _step(steps, "answer", "diagnose every case", "--cases", "--published", "--answers")
-    answer.add_argument("--jobs", type=int, default=2, metavar="N", help="diagnoses at a time")
     answer.set_defaults(run=_answer)
     score = _step(
         steps, "score", "open the keys and score", "--cases", "--published", "--answers", "--keys",
@@ -31,6 +30,8 @@ def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache
     score.add_argument("--config", type=Path, default=config, metavar="FILE")
     score.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     score.set_defaults(run=_score)
+    for step in (answer, score):
+        step.add_argument("--jobs", type=int, default=2, metavar="N", help="cases at a time")
 
 
 def _step(
@@ -62,5 +63,5 @@ def _score(options: argparse.Namespace, command: str) -> int:
 
     files = BlindFiles(options.cases, options.published, options.answers)
     shrinks = partial(hidden_shrinkage, config_file=options.config, cache=options.cache)
-    score(files, options.keys, options.out, shrinks)
+    score(files, options.keys, options.out, shrinks, options.jobs)
     return 0

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +46,7 @@ from scapulohumeral.gap.result import (
     Gap,
     Regions,
     Robustness,
+    Shrinkage,
     Size,
     Status,
     describe_inputs,
@@ -130,6 +131,39 @@ def _bank_path(settings: GapSettings) -> Path:
     return SOURCE_ROOT.parent / "config" / settings.null_bank
 
 
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """All hypotheses judged.
+
+    Attributes
+    ----------
+    fits : of all hypotheses; best : the most probable
+    p : probabilities; likely : fits that are not negligible
+    apart : how well these can be told apart; groups : labels that cannot
+    agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
+    """
+
+    fits: Sequence[Fit]
+    best: Fit
+    p: decide.Posterior
+    likely: list[Fit]
+    apart: np.ndarray
+    groups: list[list[str]]
+    agreement: float | None
+    by_task: list[tuple[str, float, float]]
+
+
+def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
+    c, error = evidence.comparison, evidence.settings.signature_error
+    p = _posterior(evidence, fits, present)
+    likely = decide.likely(fits, p)
+    apart = decide.separability(likely, c, error)
+    best = max(fits, key=lambda f: p.labels[f.label])
+    agreement, by_task = task_agreement(best.hypothesis, c, error)
+    groups = decide.classes(likely, apart)
+    return _Judged(fits, best, p, likely, apart, groups, agreement, by_task)
+
+
 def _answer(
     case: Case,
     records: Records,
@@ -141,31 +175,20 @@ def _answer(
     c, error = evidence.comparison, evidence.settings.signature_error
     is_there, found = where
     present = is_there.present
-    p = _posterior(evidence, fits, present)
-    likely = decide.likely(fits, p)
-    apart = decide.separability(likely, c, error)
-    groups = decide.classes(likely, apart)
-    best = max(fits, key=lambda f: p.labels[f.label])
+    judged = _judged(evidence, fits, present)
+    best, p, groups = judged.best, judged.p, judged.groups
     white = c.whiten(c.delta)
     ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
+    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, ends)
     robust, variants = _robustness(evidence, fits, best, present)
-    agreement, by_task = task_agreement(best.hypothesis, c, error)
-    splitting = {e.label: e.splitting for e in evidence.effects}
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
     cost, without_cause = None, []
     if present:
         cost = shrinkage(best, c, evidence.trials, error, case.seed)
         without_cause = controls(c, evidence.trials, evidence.boxes, case.seed)
-    if present and not found.standing_out:
-        warnings.append(
-            "no channel stands out by itself: regions are those above 5 % point by point"
-        )
-    if not records.reference:
-        warnings.append("no reference trials: errors of the model itself lower all confidence")
-    if cost and any(s and s.ci95 is None for s in vars(cost).values() if hasattr(s, "ci95")):
-        warnings.append("shrinkage: fewer than four parts, so some shares have no interval")
-    causes = decide.candidates(fits, p, groups, {best.label: agreement}, ends)
+    warnings += _remarks(records, present and not found.standing_out, cost)
+    splitting = {e.label: e.splitting for e in evidence.effects}
     return Diagnosis(
         status=status,
         status_reason=why,
@@ -179,7 +202,9 @@ def _answer(
         set90=decide.conformal_set(p),
         classes=decide.effect_classes(groups, p, splitting),
         shrinkage=cost,
-        next_trial=decide.next_trial(likely, groups[0], c, error) if present and groups else None,
+        next_trial=(
+            decide.next_trial(judged.likely, groups[0], c, error) if present and groups else None
+        ),
         hint=decide.hint(causes, p, enters) if present else None,
         untestable=untestable(evidence.effects),
         robustness=robust,
@@ -189,13 +214,28 @@ def _answer(
             "enters": enters_table(rows),
             "overlay": overlay_table(c, best),
             "signature": signature_table(c, best),
-            "isolability": isolability_table(likely, apart),
-            "amplitude": amplitude_table(best, by_task),
+            "isolability": isolability_table(judged.likely, judged.apart),
+            "amplitude": amplitude_table(best, judged.by_task),
             **plain_tables(
                 {"robustness": variants, "errors": _errors(evidence), "controls": without_cause}
             ),
         },
     )
+
+
+def _remarks(records: Records, spread_thinly: bool, cost: Shrinkage | None) -> list[str]:
+    """What lowers the confidence in an answer, one sentence each."""
+    remarks = []
+    if spread_thinly:
+        remarks.append(
+            "no channel stands out by itself: regions are those above 5 % point by point"
+        )
+    if not records.reference:
+        remarks.append("no reference trials: errors of the model itself lower all confidence")
+    shares = (cost.in_sample, cost.held_out_trial, cost.new_task) if cost else ()
+    if any(share and share.ci95 is None for share in shares):
+        remarks.append("shrinkage: fewer than four parts, so some shares have no interval")
+    return remarks
 
 
 def _errors(evidence: Evidence) -> list[tuple[str, float]]:

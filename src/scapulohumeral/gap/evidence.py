@@ -225,28 +225,31 @@ def gather(
     ]
     density = [_density(one) for one in tried]
     log.info("log density by session share and signature error: %s", np.round(density, 1).tolist())
-    return tried[int(np.argmax(density))]
+    best = tried[int(np.argmax(density))]
+    singles = (replace(t, comparison=_supposed(best, t.comparison)) for t in best.trials)
+    return replace(best, trials=tuple(singles))
 
 
 def _supposing(evidence: Evidence, session: float, error: float) -> Evidence:
     """Evidence with shares of what sessions change and of the signature error, screened."""
-    settings = evidence.settings
-    model = None if evidence.referenced else (settings.model, evidence.comparison.channels)
-
-    def supposed(c: Comparison) -> Comparison:
-        responses = [r for r in evidence.responses if r.task in c.tasks]
-        covariance = total_covariance(c.noise, responses, c.functions, model, session)
-        return replace(c, covariance=covariance)
-
-    c, relative = supposed(evidence.comparison), error * settings.signature_error
-    return replace(
+    relative = error * evidence.settings.signature_error
+    evidence = replace(
         evidence,
-        comparison=c,
-        trials=tuple(replace(t, comparison=supposed(t.comparison)) for t in evidence.trials),
         session_share=session,
-        settings=replace(settings, signature_error=relative),
-        screened=tuple(fit(hypothesis, c, relative) for hypothesis in evidence.hypotheses),
+        settings=replace(evidence.settings, signature_error=relative),
     )
+    c = _supposed(evidence, evidence.comparison)
+    screened = tuple(fit(hypothesis, c, relative) for hypothesis in evidence.hypotheses)
+    return replace(evidence, comparison=c, screened=screened)
+
+
+def _supposed(evidence: Evidence, c: Comparison) -> Comparison:
+    """A comparison with what sessions change, and without reference the model's own error."""
+    model = None if evidence.referenced else (evidence.settings.model, c.channels)
+    responses = [r for r in evidence.responses if r.task in c.tasks]
+    share = evidence.session_share
+    covariance = total_covariance(c.noise, responses, c.functions, model, share)
+    return replace(c, covariance=covariance)
 
 
 def _density(evidence: Evidence) -> float:

@@ -230,11 +230,6 @@ def trial_noise(
     return Noise(covariance, degrees, degrees + prior.repeats)
 
 
-def _shares(variance: np.ndarray) -> np.ndarray:
-    """Rows of variances (K, B) divided by their sums."""
-    return variance / np.maximum(variance.sum(axis=1, keepdims=True), 1e-12)
-
-
 def _variances(
     channels: Sequence[str], spread: dict[str, float], functions: np.ndarray
 ) -> np.ndarray:
@@ -264,7 +259,7 @@ def total_covariance(
     responses: Sequence[Response],
     functions: np.ndarray,
     model: tuple[ModelSpread, Sequence[str]] | None,
-    share: float = 1.0,
+    share: float,
 ) -> np.ndarray:
     """Covariance (D, D) of a difference without any effect.
 

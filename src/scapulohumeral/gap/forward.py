@@ -9,12 +9,10 @@ Letters: N nodes, M muscle elements, n unknowns, m constraints.
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import cyipopt
 import numpy as np
 
 from scapulohumeral.dynamics.hill import force_derivatives
@@ -86,43 +84,6 @@ def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
     )
 
 
-def _with_body(base: Problem, body: Body, objective: Objective, hessian: str) -> Problem:
-    """The same movement for another body.
-
-    Opty's set-up, which takes longer than some solves, depends on mesh and equations only.
-    """
-    other = Problem.__new__(Problem)
-    other.__dict__.update(base.__dict__)
-    other.objective_function, other.hessian_mode = objective, hessian
-    other.collocation = _loaded(base.collocation, body)
-    other.lagrangian = replace(
-        base.lagrangian,
-        collocation=other.collocation,
-        exact=hessian == "exact",
-        coupling=objective.excitation_coupling(len(body.muscles.names)),
-    )
-    other.collocator = copy(base.collocator)
-    other.collocator.collocation = other.collocation
-    other.con = other.collocator.generate_constraint_function()
-    other.con_jac = other.collocator.generate_jacobian_function()
-    other.obj, other.obj_grad = other._value, other._gradient
-    other.obj_value = []
-    other.lower_bound, other.upper_bound = body_bounds(
-        base.layout, body, (base.lower_bound, base.upper_bound)
-    )
-    # What opty's constructor tells IPOPT of the problem.
-    cyipopt.Problem.__init__(
-        other,
-        n=other.num_free,
-        m=other.num_constraints,
-        lb=other.lower_bound,
-        ub=other.upper_bound,
-        cl=other._low_con_bounds,
-        cu=other._upp_con_bounds,
-    )
-    return other
-
-
 def body_bounds(
     layout: Layout, body: Body, bounds: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -154,7 +115,10 @@ class Movement:
 
     def problem(self, body: Body, hessian: str = "exact") -> Problem:
         """The problem with another body."""
-        return _with_body(self._nominal_problem, body, self._objective(body), hessian)
+        base = self._nominal_problem
+        bounds = body_bounds(base.layout, body, (base.lower_bound, base.upper_bound))
+        loaded = _loaded(base.collocation, body)
+        return base.varied(loaded, self._objective(body), hessian, bounds)
 
     def variant(self, body: Body) -> Variant:
         """The same for derivatives, without opty's set-up."""

@@ -18,14 +18,13 @@ from scipy.linalg import block_diag
 from scipy.optimize import linprog
 from scipy.stats import chi2, norm
 
-from scapulohumeral.gap.attribute import black_box_evidence
+from scapulohumeral.gap.attribute import BLACK_BOX_SIZES, black_box_evidence
 from scapulohumeral.gap.floor import Comparison, compress, draws
 from scapulohumeral.gap.observe import channel_kind, channel_unit, phase_functions
 from scapulohumeral.gap.result import Entered, NoCost, Shown
 from scapulohumeral.gap.signatures import SMOOTH, Recorder, Response
 
 DRAWS = 2000
-SIZES = (0.3, 1.0, 3.0, 10.0)
 DOF_NAMES = (*(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"), "EL_rx")
 # Agreement of a half of the trials with the whole: one-sided 5 %.
 REPEATED_SIGMA = 1.64
@@ -248,6 +247,17 @@ def disturbances(
     return Disturbances(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
 
 
+def most_probable(comparison: Comparison, columns: np.ndarray) -> np.ndarray:
+    """Matrix (S, D) from a whitened difference to the most probable amounts of disturbances (D, S).
+
+    They are independent, of the common size with most evidence for the difference compared.
+    """
+    size = max(BLACK_BOX_SIZES, key=lambda s: black_box_evidence(comparison, s * columns, (1.0,)))
+    white = comparison.whiten(size * columns)
+    inner = np.eye(white.shape[1]) + white.T @ white
+    return size * np.linalg.solve(inner, white.T)
+
+
 def entered_regions(
     comparison: Comparison, boxes: Disturbances, alpha: float, seed: int
 ) -> tuple[tuple[Entered, ...], list[tuple[str, str, np.ndarray, float, str]]]:
@@ -258,10 +268,7 @@ def entered_regions(
     regions
     rows : kind, name, curve (N,) [N m or fraction of MVC], threshold on it, unit
     """
-    size = max(SIZES, key=lambda s: black_box_evidence(comparison, s * boxes.columns, (1.0,)))
-    white = comparison.whiten(size * boxes.columns)
-    inner = np.eye(white.shape[1]) + white.T @ white
-    gain = size * np.linalg.solve(inner, white.T)
+    gain = most_probable(comparison, boxes.columns)
     estimate = gain @ comparison.whiten(comparison.delta)
     without = gain @ np.random.default_rng(seed).normal(size=(len(comparison.delta), DRAWS))
     curves = _mean_curves(estimate[:, None], boxes, len(comparison.tasks))[..., 0]

@@ -14,9 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from scapulohumeral.gap.attribute import BLACK_BOX_SIZES, Fit, black_box_evidence, fit
+from scapulohumeral.gap.attribute import Fit, fit
 from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.locate import Disturbances
+from scapulohumeral.gap.locate import Disturbances, most_probable
 from scapulohumeral.gap.observe import channel_kind, channel_unit
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
@@ -111,11 +111,8 @@ def controls(
 
 
 def _smooth(training: Comparison, columns: np.ndarray) -> np.ndarray:
-    """Most probable change (D,) by smooth disturbances (D, S) of the most probable size."""
-    size = max(BLACK_BOX_SIZES, key=lambda s: black_box_evidence(training, s * columns, (1.0,)))
-    white = size * training.whiten(columns)
-    inner = np.eye(white.shape[1]) + white.T @ white
-    return size * columns @ np.linalg.solve(inner, white.T @ training.whiten(training.delta))
+    """Most probable change (D,) by smooth disturbances (D, S)."""
+    return columns @ most_probable(training, columns) @ training.whiten(training.delta)
 
 
 def _scaled(training: Comparison, change: np.ndarray) -> np.ndarray:

@@ -11,7 +11,8 @@ Letters: N nodes, M muscles, Nq coordinates.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import cyipopt
 import numpy as np
@@ -168,18 +169,22 @@ class Problem(opty.Problem):
         """What opty's own constructor does after code generation."""
         self._bounds = bounds
         self._eom_bounds = None
-        self.obj, self._obj_num_args = self._value, 1
-        self.obj_grad, self._obj_grad_num_args = self._gradient, 1
-        self.con = self.collocator.generate_constraint_function()
-        self.con_jac = self.collocator.generate_jacobian_function()
+        self._obj_num_args = self._obj_grad_num_args = 1
         self.con_jac_rows, self.con_jac_cols = self.collocator.jacobian_indices()
         self.num_free = self.collocator.num_free
         self.num_constraints = self.collocator.num_constraints
         self._generate_bound_arrays()
         self._generate_constraint_bound_arrays()
         self._extraction_indices = self._generate_extraction_indices()
-        self.obj_value: list[float] = []
         self.progress: Callable[[dict], bool] | None = None
+        self._connect()
+
+    def _connect(self) -> None:
+        """Give IPOPT the functions and bounds of this problem."""
+        self.obj, self.obj_grad = self._value, self._gradient
+        self.con = self.collocator.generate_constraint_function()
+        self.con_jac = self.collocator.generate_jacobian_function()
+        self.obj_value: list[float] = []
         cyipopt.Problem.__init__(
             self,
             n=self.num_free,
@@ -189,6 +194,38 @@ class Problem(opty.Problem):
             cl=self._low_con_bounds,
             cu=self._upp_con_bounds,
         )
+
+    def varied(
+        self,
+        collocation: Collocation,
+        objective: Objective,
+        hessian: str,
+        bounds: tuple[np.ndarray, np.ndarray],
+    ) -> Problem:
+        """The same unknowns and mesh with other numbers.
+
+        Opty's set-up, which takes longer than some solves, depends on mesh and equations only.
+
+        Parameters
+        ----------
+        collocation, objective : of the same layout; hessian : as for the constructor
+        bounds : lower and upper bounds of the unknowns, (n,) each
+        """
+        other = Problem.__new__(Problem)
+        other.__dict__.update(self.__dict__)
+        other.objective_function, other.hessian_mode = objective, hessian
+        other.collocation = collocation
+        other.lagrangian = replace(
+            self.lagrangian,
+            collocation=collocation,
+            exact=hessian == "exact",
+            coupling=objective.excitation_coupling(len(collocation.muscles.names)),
+        )
+        other.collocator = copy(self.collocator)
+        other.collocator.collocation = collocation
+        other.lower_bound, other.upper_bound = bounds
+        other._connect()
+        return other
 
     def _value(self, free: np.ndarray) -> float:
         return self.objective_function.value(self.layout.split(free))

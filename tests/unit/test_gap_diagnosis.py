@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
@@ -16,7 +17,7 @@ from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledM
 from scapulohumeral.gap.diagnosis import diagnose
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.library import EMG_FAMILIES, library
-from scapulohumeral.gap.observe import difference, phase_functions
+from scapulohumeral.gap.observe import channel_names, difference, phase_functions
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.gap.signatures import (
     DOF,
@@ -242,22 +243,42 @@ def test_names_and_order_do_not_matter():
     assert one.gap == two.gap
 
 
-def test_probabilities_are_capped_by_the_test_for_a_gap():
-    class Made:
-        def __init__(self, label, log_evidence):
-            self.label, self.log_evidence = label, log_evidence
+class MadeFit:
+    """What probabilities need of a fit."""
 
-    fits = [Made("a", 50.0), Made("b", 40.0)]
+    def __init__(self, label, log_evidence, left=40.0):
+        self.label, self.log_evidence, self.left = label, log_evidence, left
+
+
+def test_probabilities_are_capped_by_the_test_for_a_gap():
+    fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
     prior = {"a": 0.35, "b": 0.35}
-    absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False)
+    rest = {"ends": (100.0, 20.0)}
+    absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False, **rest)
     assert absent.no_gap == 0.5
-    present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True)
+    present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True, **rest)
     assert present.no_gap == 0.5
     for found in (absent, present):
         assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
         assert decide.conformal_set(found) == ("no_gap", "a")
-    warm = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 100.0, present=True)
+    warm = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 100.0, present=True, **rest)
     assert warm.labels["a"] < present.labels["a"] / 0.5
+
+
+def test_a_cause_that_explains_nothing_is_none_of_these():
+    prior = {"a": 0.35, "b": 0.35}
+
+    def judged(left, present=True):
+        fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
+        return decide.posterior(
+            fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, ends=(100.0, 20.0)
+        )
+
+    assert judged(left=60.0).labels["a"] == pytest.approx(1.0)
+    assert judged(left=92.0).labels["a"] == pytest.approx(0.5)
+    assert judged(left=92.0).none == pytest.approx(0.5)
+    assert judged(left=100.0).none == pytest.approx(1.0)
+    assert judged(left=100.0, present=False).none == pytest.approx(0.0)
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
@@ -278,9 +299,9 @@ def test_predictions_have_no_null_bank():
     assert answer.hashes["null_bank"] is None
 
 
-def compared_on_a_hidden_task(monkeypatch, value, reference):
+def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     """Difference of a hidden task in which one EMG channel is half as loud again, and what an
-    answer with a gain of `value` removes of it."""
+    answer with a gain of `value` removes of it, if the person shows `factor` times the effect."""
     monkeypatch.setattr(blind_hidden, "respond", made_up_response)
     plain = trial("high", 0, np.zeros((NODES, 12)), True, 5)
     louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
@@ -290,13 +311,18 @@ def compared_on_a_hidden_task(monkeypatch, value, reference):
     )
     label = "measurement/emg_gain/EMG_b"
     candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
-    there, removed = blind_hidden._compared(whole, hidden, candidate, None, SETTINGS, 1.0)
+    names = channel_names(whole.channels, False)
+    factors = pd.DataFrame(factor, index=[label], columns=names)
+    there, removed = blind_hidden._compared(whole, hidden, candidate, factors, None, SETTINGS, 1.0)
     return there.delta, removed
 
 
-@pytest.mark.parametrize(("value", "share"), [(1.5, 1.0), (1.0, 0.0), (1.25, 0.5)])
-def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(monkeypatch, value, share):
-    delta, removed = compared_on_a_hidden_task(monkeypatch, value, reference=True)
+@pytest.mark.parametrize(
+    ("value", "factor", "share"),
+    [(1.5, 1.0, 1.0), (1.0, 1.0, 0.0), (1.25, 1.0, 0.5), (1.25, 2.0, 1.0)],
+)
+def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(monkeypatch, value, factor, share):
+    delta, removed = compared_on_a_hidden_task(monkeypatch, value, True, factor)
     before, after = np.linalg.norm(delta), np.linalg.norm(delta - removed)
     assert 1.0 - after / before == pytest.approx(share, abs=1e-9)
 

@@ -55,7 +55,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     slope = comparison.compress([response.effects[0]])
     first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
-    found = refit(first, comparison, [response], np.ones(12), None, RECORDER, settings)
+    found = refit(first, comparison, [response], None, RECORDER, settings)
     linear, solved = (WEAK.physical(f.x)[0] for f in (first, found))
     assert solved == pytest.approx(LEFT, rel=0.05)
     assert abs(linear - LEFT) > abs(solved - LEFT)

@@ -1,12 +1,12 @@
 """How well each effect explains a difference: evidence, amplitudes, refits by solving again.
 
 The difference d has covariance C without effects. Effect k predicts m(x) of internal parameters x,
-with an error of its own: each channel of each task may be off by a common factor
-(`signature_error`), and a person may share out a load among muscles and joints in another way than
-the model's least effort, so that angles or EMG change about as much, but elsewhere and at other
-phases. Its log evidence integrates the Gaussian likelihood of d over the prior of x by Laplace's
-method. "None of these" are smooth generalised forces and smooth errors of EMG channels of unknown
-size: what the black box can explain, no effect has explained.
+with an error of its own in units of `signature_error`: a person may share out a load among muscles
+and joints in another way than the model's least effort, so that each channel changes more or less
+than predicted, much alike in all tasks, and that angles or EMG change about as much, but elsewhere
+and at other phases. Its log evidence integrates the Gaussian likelihood of d over the prior of x by
+Laplace's method. "None of these" are smooth generalised forces and smooth errors of EMG channels of
+unknown size: what the black box can explain, no effect has explained.
 
 Letters: D coefficients, P parameters, T tasks, K channels, N nodes, B phase functions.
 """
@@ -27,9 +27,13 @@ from scapulohumeral.gap.result import JOIN
 
 # Share of the signature error that is spread over all channels, for effects on the record.
 SPREAD_SHARE = 0.3
-# Error of the shape of what muscles change, of each kind of channel by itself and in units of the
-# signature error. In simulated persons with another control, angles changed with hardly the shape
-# that the model predicts (cosine 0 to 0.5), EMG with a similar one (0.6 to 0.9).
+# Errors of what muscles change, in units of the signature error. In simulated persons with another
+# control, channels of EMG that changed much had the shape that the model predicts (cosine 0.94 to
+# 0.99) and sizes off by 0.6 to 2, alike in all tasks; angles had hardly its shape (0 to 0.5).
+# Factor on a channel, of a person in all tasks and of one task by itself:
+PERSON_FACTOR, TASK_FACTOR = 1.7, 0.7
+# Share of the error of the shape that is the same in all tasks.
+SHAPE_SHARED = 0.5
 SHAPE_ERROR = {"kinematics": 2.0, "emg": 1.0, "contact_force": 1.0}
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
@@ -79,23 +83,26 @@ class Hypothesis:
 
     def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
-        return self.value.sum(axis=1) + self.slope @ (x - self.at)
+        return self.changes(x).sum(axis=1)
+
+    def changes(self, x: np.ndarray) -> np.ndarray:
+        """Change (D, E) by each effect at internal parameters (P,)."""
+        ends = np.cumsum([len(effect.params) for effect in self.effects])[:-1]
+        parts = zip(np.split(self.slope, ends, axis=1), np.split(x - self.at, ends), strict=True)
+        return self.value + np.stack([slope @ by for slope, by in parts], axis=1)
 
     def error(self, x: np.ndarray, comparison: Comparison, relative: float) -> SignatureError:
         """Error of the change predicted at internal parameters (P,), that of each effect by itself.
 
         What acts on the record itself is known better than what a person's control makes of it.
         """
-        counts = [len(effect.params) for effect in self.effects]
-        first = np.cumsum([0, *counts])
         covariance = np.zeros((len(self.slope), len(self.slope)))
-        for i, effect in enumerate(self.effects):
-            own = slice(first[i], first[i + 1])
-            change = self.value[:, i] + self.slope[:, own] @ (x - self.at)[own]
+        for effect, change in zip(self.effects, self.changes(x).T, strict=True):
             share = relative if effect.changes_body else RECORD_SHARE * relative
             covariance += change_error(comparison, change, share, effect.changes_body)
         if self.own is not None and relative:
-            covariance += _by_channel(comparison, list((OWN_GAIN * x * self.own).T))
+            for levels in (OWN_GAIN * x * self.own).T:
+                covariance += _outer(comparison, comparison.by_channel_of_all_tasks(levels))
         return SignatureError(covariance)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
@@ -163,22 +170,27 @@ def change_error(
     relative : error of each channel's change, relative
     controlled : whether muscles make the change, so that its shape depends on a person's control
     """
-    covariance = relative**2 * _by_channel(comparison, [change])
+    by_channel = _outer(comparison, comparison.by_channel(change))
     if controlled:
+        covariance = (TASK_FACTOR * relative) ** 2 * by_channel
+        of_person = comparison.by_channel_of_all_tasks(change)
+        covariance += (PERSON_FACTOR * relative) ** 2 * _outer(comparison, of_person)
         for kind in comparison.kinds:
             size = SHAPE_ERROR[kind.name] * relative
             mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
-            covariance += size**2 * mean_square * kind.covariance
+            shape = SHAPE_SHARED * kind.shared + (1.0 - SHAPE_SHARED) * kind.covariance
+            covariance += size**2 * mean_square * shape
         return covariance
+    covariance = relative**2 * by_channel
     whole = comparison.whiten(change)
     spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
     covariance[np.diag_indices_from(covariance)] += spread
     return covariance
 
 
-def _by_channel(comparison: Comparison, vectors: Sequence[np.ndarray]) -> np.ndarray:
-    """Covariance (D, D), whitened, of one unknown factor on each channel of each vector (D,)."""
-    white = comparison.whiten(np.hstack([comparison.by_channel(one) for one in vectors]))
+def _outer(comparison: Comparison, columns: np.ndarray) -> np.ndarray:
+    """Covariance (D, D), whitened, of one unknown factor on each of the columns (D, F)."""
+    white = comparison.whiten(columns)
     return white @ white.T
 
 

@@ -1,7 +1,8 @@
 """How much of the gap on a hidden task an answer removes: the truth that shrinkage is scored by.
 
-The parameters of the answer predict the change on a task that it never saw, with nothing fitted
-again, and are compared with curves of that task free of noise.
+The parameters of the answer, and how much of the effect it found in each channel of this person,
+predict the change on a task that it never saw, with nothing fitted again, and are compared with
+curves of that task free of noise.
 """
 
 from __future__ import annotations
@@ -13,14 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.blind_scores import ScoredCase
 from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.curves import read_pairs
+from scapulohumeral.gap.curves import FOLDER, read_pairs
 from scapulohumeral.gap.effects.base import Effect
-from scapulohumeral.gap.evidence import effects_of, emg_gains, read_records, repeat_noise
+from scapulohumeral.gap.evidence import effects_of, read_records, repeat_noise
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
 from scapulohumeral.gap.forward import movement, with_state
 from scapulohumeral.gap.movement import movement_window
@@ -34,6 +36,7 @@ from scapulohumeral.gap.refit import Resolve, recorded_change
 from scapulohumeral.gap.result import JOIN
 from scapulohumeral.gap.run import read_case, read_config
 from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.shrinkage import remaining
 from scapulohumeral.gap.signatures import respond
 
 log = logging.getLogger(__name__)
@@ -75,13 +78,17 @@ def hidden_shrinkage(
             "Answer the cases again."
         )
     share = float(errors["session_share"])
+    table = pd.read_csv(scored.answer_folder / FOLDER / "factors.csv")
+    factors = table[table["label"] == candidate["label"]].pivot(
+        index="effect", columns="channel", values="factor"
+    )
     try:
         model = participant_model(whole, model_settings, cache)
-        c, removed = _compared(case, hidden, candidate, model, settings, share)
+        c, removed = _compared(case, hidden, candidate, factors, model, settings, share)
     except SolveError as error:
         log.warning("%s: hidden task: %s", scored.folder.name, error)
         return None
-    before, after = (float(np.linalg.norm(c.whiten(d))) for d in (c.delta, c.delta - removed))
+    before, after = remaining(c, removed)
     return (before - after) / before
 
 
@@ -110,20 +117,22 @@ def _compared(
     case: Case,
     hidden: Case,
     candidate: Mapping[str, Any],
+    factors: pd.DataFrame,
     model: ParticipantModel,
     settings: GapSettings,
     session_share: float,
 ) -> tuple[Comparison, np.ndarray]:
-    """The difference on the hidden task, and the change (D,) that a candidate predicts."""
+    """The difference on the hidden task, and the change (D,) that a candidate predicts.
+
+    `factors` has effects as rows and channels as columns.
+    """
     effects = _ordered(effects_of(case, model, settings), candidate)
     records = read_records(case, model, settings, [])
     unseen = read_records(hidden, model, settings, [])
     [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
     response = respond("hidden", anchor, model, effects, records.recorder, settings)
-    gains, spread, base = np.ones(len(records.channels)), None, anchor
-    if records.reference:
-        gains = emg_gains([response], unseen)
-    else:
+    spread, base = None, anchor
+    if not records.reference:
         response, base = response.of_residual(), response.nominal
         spread = (settings.model, records.channels)
     functions = phase_functions(settings.nodes, settings.phase_functions)
@@ -148,8 +157,9 @@ def _compared(
         elif effect.changes_body:
             move = with_state(movement(model, anchor, settings), response.point)
             resolve = Resolve(move, response, records.recorder, settings.iterations)
-            own = gains * resolve.solved(effect, x, response.point)[0]
+            own = resolve.solved(effect, x, response.point)[0]
         else:
             own = recorded_change(effect, x, response)[0]
-        change += compress([own], functions)
+        of_person = factors.loc[effect.label, list(records.channels)].to_numpy()
+        change += compress([of_person * own], functions)
     return comparison, change

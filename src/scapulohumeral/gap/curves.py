@@ -39,6 +39,8 @@ TABLES: dict[str, tuple[str, ...]] = {
     "isolability": ("label_a", "label_b", "p_apart"),
     # Amplitude of the best effect, fitted to each task alone.
     "amplitude": ("task", "parameter", "value", "low", "high", "unit"),
+    # How much of its predicted change each effect of a cause makes in a channel of this person.
+    "factors": ("label", "effect", "channel", "factor"),
     # What disappears on held-out trials without a cause: black box, placebos.
     "controls": ("name", "shrinkage"),
     # One row per cell of the robustness grid.

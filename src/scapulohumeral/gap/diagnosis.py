@@ -56,6 +56,7 @@ from scapulohumeral.gap.shrinkage import controls, shrinkage
 from scapulohumeral.gap.tables import (
     amplitude_table,
     enters_table,
+    factors_table,
     isolability_table,
     overlay_table,
     plain_tables,
@@ -137,12 +138,14 @@ class _Judged:
 
     Attributes
     ----------
+    ends : sums of squares of the whole whitened difference, and of its floor
     fits : of all hypotheses; best : the most probable
     p : probabilities; likely : fits that are not negligible
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     """
 
+    ends: tuple[float, float]
     fits: Sequence[Fit]
     best: Fit
     p: decide.Posterior
@@ -155,13 +158,21 @@ class _Judged:
 
 def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
     c, error = evidence.comparison, evidence.settings.signature_error
-    p = _posterior(evidence, fits, present)
+    ends = _ends(evidence)
+    p = _posterior(evidence, fits, present, ends)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error)
     best = max(fits, key=lambda f: p.labels[f.label])
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     groups = decide.classes(likely, apart)
-    return _Judged(fits, best, p, likely, apart, groups, agreement, by_task)
+    return _Judged(ends, fits, best, p, likely, apart, groups, agreement, by_task)
+
+
+def _ends(evidence: Evidence) -> tuple[float, float]:
+    """Sums of squares of the whole whitened difference, and of its floor."""
+    c = evidence.comparison
+    white = c.whiten(c.delta)
+    return float(white @ white), black_box_left(c, evidence.boxes.columns)
 
 
 def _answer(
@@ -177,16 +188,14 @@ def _answer(
     present = is_there.present
     judged = _judged(evidence, fits, present)
     best, p, groups = judged.best, judged.p, judged.groups
-    white = c.whiten(c.delta)
-    ends = float(white @ white), black_box_left(c, evidence.boxes.columns)
-    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, ends)
+    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, judged.ends)
     robust, variants = _robustness(evidence, fits, best, present)
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
     cost, without_cause = None, []
     if present:
         cost = shrinkage(best, c, evidence.trials, error, case.seed)
-        without_cause = controls(c, evidence.trials, evidence.boxes, case.seed)
+        without_cause = controls(c, evidence.trials, evidence.boxes, error, case.seed)
     warnings += _remarks(records, present and not found.standing_out, cost)
     splitting = {e.label: e.splitting for e in evidence.effects}
     return Diagnosis(
@@ -219,6 +228,7 @@ def _answer(
             **plain_tables(
                 {"robustness": variants, "errors": _errors(evidence), "controls": without_cause}
             ),
+            "factors": factors_table(c, fits, error),
         },
     )
 
@@ -246,7 +256,9 @@ def _errors(evidence: Evidence) -> list[tuple[str, float]]:
     ]
 
 
-def _posterior(evidence: Evidence, fits: Sequence[Fit], present: bool) -> decide.Posterior:
+def _posterior(
+    evidence: Evidence, fits: Sequence[Fit], present: bool, ends: tuple[float, float]
+) -> decide.Posterior:
     c, settings = evidence.comparison, evidence.settings
     return decide.posterior(
         fits,
@@ -255,6 +267,7 @@ def _posterior(evidence: Evidence, fits: Sequence[Fit], present: bool) -> decide
         (settings.prior_no_gap, no_gap_evidence(c)),
         settings.temperature,
         present,
+        ends,
     )
 
 

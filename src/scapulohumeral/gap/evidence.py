@@ -55,8 +55,6 @@ SHOULDER_JOINTS = 3
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
-# How well the model's EMG level is known before it has been compared with the reference.
-GAIN_PRIOR_SD = 0.5
 # Pairs are considered among this many of the short list.
 PAIRED = 4
 
@@ -90,7 +88,7 @@ class Evidence:
     effects, prior : the library and the prior of its labels, alone and in pairs
     hypotheses : the effects linearised at the nominal solutions
     recorder : what is recorded
-    responses, gains : nominal solutions and (K,) factors on their changes
+    responses : nominal solutions
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
     session_share : most probable share of what sessions are assumed to change
@@ -106,7 +104,6 @@ class Evidence:
     hypotheses: tuple[Hypothesis, ...]
     recorder: Recorder
     responses: tuple[Response, ...]
-    gains: np.ndarray
     boxes: Disturbances
     referenced: bool
     session_share: float
@@ -192,7 +189,6 @@ def gather(
     records = _solved_part(records, found, warnings)
     if not records.reference:
         responses = tuple(response.of_residual() for response in responses)
-    gains = emg_gains(responses, records) if records.reference else np.ones(len(records.channels))
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
     if not noise.degrees:
@@ -207,10 +203,9 @@ def gather(
         noise=noise,
         effects=effects,
         prior={**single, **decide.pair_priors(single, reserved)},
-        hypotheses=_linearised(effects, functions, responses, gains, (records.recorder, groups)),
+        hypotheses=_linearised(effects, functions, responses, (records.recorder, groups)),
         recorder=records.recorder,
         responses=responses,
-        gains=gains,
         boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
         session_share=1.0,
@@ -295,26 +290,6 @@ def _solved_part(
     )
 
 
-def emg_gains(responses: Sequence[Response], records: Records) -> np.ndarray:
-    """Factors (K,) by which the reference trials exceed the EMG that the model predicts.
-
-    Least squares on the logarithm with a prior: what the model's level misses is known from the
-    reference, and scales predicted changes too.
-    """
-    gains = np.ones(len(records.channels))
-    for k, name in enumerate(records.recorder.channels):
-        pairs = [(r.anchor.emg, r.nominal.emg) for r in responses]
-        found = np.concatenate([a[:, k] for a, _ in pairs if a is not None])
-        expected = np.concatenate([b[:, k] for _, b in pairs if b is not None])
-        ratio = max(float(found @ expected), 1e-9) / max(float(expected @ expected), 1e-9)
-        # ASSUME: the ratio itself is known to half its prior spread.
-        shrunk = np.log(ratio) / (1.0 + 0.25)
-        gains[records.channels.index(name)] = np.exp(
-            np.clip(shrunk, -3.0 * GAIN_PRIOR_SD, 3.0 * GAIN_PRIOR_SD)
-        )
-    return gains
-
-
 def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
     """Covariance of one trial, from all that was repeated."""
     groups = [
@@ -378,14 +353,12 @@ def _linearised(
     effects: Sequence[Effect],
     functions: np.ndarray,
     responses: Sequence[Response],
-    gains: np.ndarray,
     seen: tuple[Recorder, np.ndarray],
 ) -> tuple[Hypothesis, ...]:
     """All effects at the nominal solutions; `seen` are electrodes and groups (M,) of muscles."""
     found = []
     for i, effect in enumerate(effects):
-        factor = gains if effect.changes_body else np.ones_like(gains)
-        slope = compress([factor * r.effects[i] for r in responses], functions)
+        slope = compress([response.effects[i] for response in responses], functions)
         own = _own_levels(effect, functions, responses, seen)
         found.append(
             Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((len(slope), 1)), slope, own)
@@ -439,10 +412,7 @@ def fit_all(
     log.info("short list: %s", ", ".join(f.label for f in short))
     # Without reference trials the prediction follows errors of the record: small, so linear.
     again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
-    jobs = [
-        (f, c, evidence.responses, evidence.gains, model, evidence.recorder, settings)
-        for f in again
-    ]
+    jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
     for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
         if after is None:
             warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")

@@ -270,6 +270,7 @@ def shrinkage_figure(shrinkage: Shrinkage, controls: pd.DataFrame | None) -> Pic
     drawing.keep("shrinkage", "share", names, values)
     return drawing.finish(
         "shrinkage",
-        "How far the gap shrinks with the effect added; coloured lines: 95 % interval. "
+        "How far the gap shrinks with the effect added, as much of it as other trials of this "
+        "person show in each channel; coloured lines: 95 % interval. "
         "A right cause keeps its shrinkage on a movement that was not used for fitting.",
     )

@@ -57,12 +57,14 @@ class Kind:
     name : of the kind; rows : (R,) positions of its coefficients in (D,)
     deviations : (R,) standard deviations between repeats
     covariance : (D, D), whitened, of independent changes of all of them by one deviation
+    shared : the same for changes that are alike in all tasks
     """
 
     name: str
     rows: np.ndarray
     deviations: np.ndarray
     covariance: np.ndarray
+    shared: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,8 @@ class Comparison:
         columns = np.zeros((len(self.delta), len(rows)))
         columns[rows, np.arange(len(rows))] = deviations
         white = self.whiten(columns)
-        return Kind(name, rows, deviations, white @ white.T)
+        alike = white.reshape(len(white), len(self.tasks), -1).sum(axis=1)
+        return Kind(name, rows, deviations, white @ white.T, alike @ alike.T)
 
     def by_channel(self, vector: np.ndarray) -> np.ndarray:
         """Columns (D, T K) that hold a vector's part of one channel of one task each."""
@@ -115,6 +118,15 @@ class Comparison:
         for i, block in enumerate(vector.reshape(-1, size)):
             columns[i * size : (i + 1) * size, i] = block
         return columns
+
+    def by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
+        """Columns (D, K) that hold a vector's part of one channel each."""
+        columns = self.by_channel(vector)
+        return columns.reshape(len(vector), len(self.tasks), -1).sum(axis=1)
+
+    def scaled(self, vector: np.ndarray, factors: np.ndarray) -> np.ndarray:
+        """A vector (D,) with its channels times factors (K,)."""
+        return self.by_channel_of_all_tasks(vector) @ factors
 
     def compress(self, curves: Sequence[np.ndarray]) -> np.ndarray:
         """Curves (..., N, K) of each task as coefficients (D, ...)."""

@@ -27,7 +27,6 @@ def refit(
     first: Fit,
     comparison: Comparison,
     responses: Sequence[Response],
-    gains: np.ndarray,
     model: ParticipantModel,
     recorder: Recorder,
     settings: GapSettings,
@@ -38,7 +37,6 @@ def refit(
     ----------
     first : fit to derivatives at the nominal solution
     comparison, responses : what is explained, and the nominal solutions
-    gains : (K,) factors on predicted changes
     model, recorder, settings : as for `signatures.respond`
 
     Raises
@@ -62,8 +60,8 @@ def refit(
                 value, slope, starts[i] = problem.solved(effect, x, starts[i])
             else:
                 value, slope = recorded_change(effect, x, response)
-            values.append(gains * value)
-            slopes.append(gains * slope)
+            values.append(value)
+            slopes.append(slope)
         hypothesis = Hypothesis(
             (effect,),
             x,

@@ -1,5 +1,8 @@
 """How far the gap shrinks once an effect is added, on trials and movements that were not fitted.
 
+An effect is added with its parameters and with how much of it this person shows in each channel
+(`person`), both found in the other trials.
+
 The share is (G0 - G1) / (G0 - F) with G the root mean square of what is left, in units of what two
 recordings of one person differ by without a cause, and F = 1 the floor.
 
@@ -14,10 +17,11 @@ from functools import partial
 
 import numpy as np
 
-from scapulohumeral.gap.attribute import Fit, fit
+from scapulohumeral.gap.attribute import Fit, SignatureError, change_error
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.locate import Disturbances, most_probable
 from scapulohumeral.gap.observe import channel_kind, channel_unit
+from scapulohumeral.gap.person import channel_factors, person_change
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
 FEWEST_FOR_INTERVAL = 4
@@ -54,23 +58,18 @@ def shrinkage(
     """
     hypothesis = chosen.hypothesis
 
-    def left_after(tasks: Sequence[str]) -> np.ndarray:
-        """Parameters fitted to some of the tasks."""
-        rows = comparison.rows(tasks)
-        return fit(hypothesis.part(rows), comparison.part(tasks), relative_error).x
+    def change(training: Comparison) -> np.ndarray:
+        return person_change(hypothesis, training, comparison, relative_error)
 
+    fitted = change(comparison)
     splits: dict[str, list[tuple[Comparison, np.ndarray]]] = {"in_sample": [], "new_task": []}
     for task in comparison.tasks:
         part, rows = comparison.part([task]), comparison.rows([task])
-        splits["in_sample"].append((part, hypothesis.predict(chosen.x)[rows]))
+        splits["in_sample"].append((part, fitted[rows]))
         others = [other for other in comparison.tasks if other != task]
         if others:
-            splits["new_task"].append((part, hypothesis.predict(left_after(others))[rows]))
-    splits["held_out_trial"] = _held_out(
-        lambda training: hypothesis.predict(fit(hypothesis, training, relative_error).x),
-        comparison,
-        trials,
-    )
+            splits["new_task"].append((part, change(comparison.part(others))[rows]))
+    splits["held_out_trial"] = _held_out(change, comparison, trials)
     shares = {name: _share(parts, seed) for name, parts in splits.items()}
     groups = [
         group
@@ -84,12 +83,17 @@ def shrinkage(
 
 
 def controls(
-    comparison: Comparison, trials: Sequence[TrialDifference], boxes: Disturbances, seed: int
+    comparison: Comparison,
+    trials: Sequence[TrialDifference],
+    boxes: Disturbances,
+    relative_error: float,
+    seed: int,
 ) -> list[tuple[str, float]]:
     """Shares that disappear on held-out trials without any cause.
 
     Smooth disturbances of every degree of freedom and channel follow any gap; a smooth random
-    generalised force, the same in all tasks and of one unknown size, should follow none.
+    generalised force, the same in all tasks, of one unknown size and with factors of a person like
+    an effect, should follow none.
 
     Returns
     -------
@@ -104,7 +108,7 @@ def controls(
     ]
     found = {"black box": _held_out(partial(_smooth, columns=boxes.columns), comparison, trials)}
     for i, change in enumerate(placebos):
-        predict = partial(_scaled, change=change)
+        predict = partial(_scaled, change=change, relative_error=relative_error)
         found[f"placebo {i + 1}"] = _held_out(predict, comparison, trials)
     shares = {name: _share(parts, seed) for name, parts in found.items()}
     return [(name, share.value) for name, share in shares.items() if share is not None]
@@ -115,10 +119,14 @@ def _smooth(training: Comparison, columns: np.ndarray) -> np.ndarray:
     return columns @ most_probable(training, columns) @ training.whiten(training.delta)
 
 
-def _scaled(training: Comparison, change: np.ndarray) -> np.ndarray:
-    """A change (D,), as large as fits best."""
+def _scaled(training: Comparison, change: np.ndarray, relative_error: float) -> np.ndarray:
+    """A change (D,), as large as fits best, with the factors of a person."""
     white = training.whiten(change)
-    return float(white @ training.whiten(training.delta)) / float(white @ white) * change
+    change = float(white @ training.whiten(training.delta)) / float(white @ white) * change
+    error = SignatureError(change_error(training, change, relative_error, controlled=True))
+    left = training.delta - change
+    factors = channel_factors(change, left, error, training, relative_error)
+    return training.scaled(change, factors)
 
 
 def _held_out(

@@ -13,6 +13,7 @@ from scapulohumeral.gap.curves import TABLES
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.locate import Shows
 from scapulohumeral.gap.observe import channel_unit
+from scapulohumeral.gap.person import person_factors
 
 
 def shows_table(comparison: Comparison, found: Shows) -> pd.DataFrame:
@@ -90,6 +91,23 @@ def amplitude_table(best: Fit, by_task: Sequence[tuple[str, float, float]]) -> p
         ends = sorted(param.physical(x + sign * 1.96 * sd) for sign in (-1.0, 1.0))
         rows.append((task, param.name, param.physical(x), *ends, param.unit))
     return _table("amplitude", rows)
+
+
+def factors_table(
+    comparison: Comparison, fits: Sequence[Fit], relative_error: float
+) -> pd.DataFrame:
+    """How much of each effect this person shows in each channel, for every hypothesis."""
+    rows = [
+        (fitted.label, effect.label, channel, own[k])
+        for fitted in fits
+        for effect, own in zip(
+            fitted.hypothesis.effects,
+            person_factors(fitted, comparison, relative_error),
+            strict=True,
+        )
+        for k, channel in enumerate(comparison.channels)
+    ]
+    return _table("factors", rows)
 
 
 def plain_tables(tables: Mapping[str, Sequence[tuple[Any, ...]]]) -> dict[str, pd.DataFrame]:

@@ -1,0 +1,80 @@
+"""Factors of a person on made-up signatures, where the truth is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_movement import NODES, SETUP
+
+from scapulohumeral.gap.attribute import Hypothesis, fit, pair
+from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.library import library
+from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.person import person_change, person_factors
+
+pytestmark = pytest.mark.unit
+
+CHANNELS, TASKS, PHASES = len(KINEMATIC_CHANNELS), ("a", "b"), 4
+SIZE = len(TASKS) * CHANNELS * PHASES
+EFFECTS = {e.label: e for e in library(SETUP)}
+DAMPING = EFFECTS["body/joint_damping/GH"]
+TILT = next(e for e in EFFECTS.values() if not e.changes_body)
+
+
+def hypothesis(effect, seed):
+    slope = 40.0 * np.random.default_rng(seed).normal(size=(SIZE, len(effect.params)))
+    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope)
+
+
+def comparison(delta):
+    functions = phase_functions(NODES, PHASES)
+    noise = np.eye(SIZE)
+    return Comparison(delta, noise, noise, functions, TASKS, KINEMATIC_CHANNELS, 8)
+
+
+@pytest.fixture
+def truth():
+    """An effect, factors of a person, and the difference both make."""
+    factors = np.linspace(0.6, 1.4, CHANNELS)
+    effect = hypothesis(DAMPING, 1)
+    change = effect.predict(np.ones(1))
+    there = comparison(change)
+    rng = np.random.default_rng(2)
+    return effect, factors, comparison(there.scaled(change, factors) + rng.normal(size=SIZE))
+
+
+def test_factors_are_those_of_the_person(truth):
+    effect, factors, there = truth
+    fitted = fit(effect, there, 0.3)
+    [found] = person_factors(fitted, there, 0.3)
+    np.testing.assert_allclose(fitted.x[0] * found, factors, atol=0.2)
+
+
+def test_factors_of_one_task_hold_for_another(truth):
+    effect, _, there = truth
+    training = there.part(["a"])
+    rows = there.rows(["b"])
+    plain = fit(effect.part(there.rows(["a"])), training, 0.3)
+    before = there.delta - effect.predict(plain.x)
+    after = there.delta - person_change(effect, training, there, 0.3)
+    assert np.linalg.norm(after[rows]) < 0.6 * np.linalg.norm(before[rows])
+
+
+def test_factors_are_never_negative(truth):
+    effect, factors, there = truth
+    turned = factors.copy()
+    turned[0] = -3.0
+    opposite = replace(there, delta=there.scaled(effect.predict(np.ones(1)), turned))
+    assert person_factors(fit(effect, opposite, 0.3), opposite, 0.3).min() == 0.0
+
+
+def test_effects_on_the_record_have_no_factors(truth):
+    effect, _, there = truth
+    both = pair(fit(effect, there, 0.3), fit(hypothesis(TILT, 3), there, 0.3))
+    factors = person_factors(fit(both, there, 0.3), there, 0.3)
+    assert factors.shape == (2, CHANNELS)
+    assert np.all(factors[0] != 1.0)
+    np.testing.assert_array_equal(factors[1], 1.0)
+    np.testing.assert_allclose(
+        person_change(both, there, there, 0.0), fit(both, there, 0.0).predicted, rtol=1e-9
+    )

@@ -256,9 +256,9 @@ class MadeFit:
 def test_probabilities_are_capped_by_the_test_for_a_gap():
     fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
     prior = {"a": 0.35, "b": 0.35}
-    rest = {"ends": (100.0, 20.0)}
+    rest = {"ends": (100.0, 20.0), "referenced": True}
     absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False, **rest)
-    assert absent.no_gap == 0.5
+    assert absent.no_gap == decide.SILENT[True] > decide.SILENT[False] > 0.5
     present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True, **rest)
     assert present.no_gap == 0.5
     for found in (absent, present):
@@ -274,7 +274,7 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
     def judged(left, present=True):
         fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
         return decide.posterior(
-            fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, ends=(100.0, 20.0)
+            fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, True, ends=(100.0, 20.0)
         )
 
     assert judged(left=60.0).labels["a"] == pytest.approx(1.0)

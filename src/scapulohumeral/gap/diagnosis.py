@@ -267,6 +267,7 @@ def _posterior(
         (settings.prior_no_gap, no_gap_evidence(c)),
         settings.temperature,
         present,
+        evidence.referenced,
         ends,
     )
 

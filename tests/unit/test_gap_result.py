@@ -9,7 +9,7 @@ from gap_files import GAIN, HASHES, STRENGTH, finished_diagnosis
 from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.curves import TABLES, check_curves, write_curves
+from scapulohumeral.gap.curves import TABLES, check_curves, read_table, write_curves
 from scapulohumeral.gap.figures import figures
 from scapulohumeral.gap.report import render_report, verdict
 from scapulohumeral.gap.result import Diagnosis, Regions, read_result, schema, to_json
@@ -109,6 +109,9 @@ def test_curves_are_written_under_their_names(tmp_path):
     table = pd.read_csv(tmp_path / "curves" / "shows.csv")
     assert tuple(table.columns) == TABLES["shows"]
     assert len(table) == 202
+    pd.testing.assert_frame_equal(read_table(tmp_path, "shows"), table)
+    with pytest.raises(DataError, match="factors.csv: not there"):
+        read_table(tmp_path, "factors")
 
 
 def test_unknown_curves_and_columns_are_refused():

@@ -135,7 +135,7 @@ def score(
     out : ``scores.json``
     shrinks : share of the noise-free gap on the hidden task that a candidate of an answer removes;
         asked for singles. Without it shrinkage is not compared with a truth
-    jobs : processes that ask for it
+    jobs : processes that ask for it, at most two
 
     Raises
     ------

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.errors import DataError, SolveError
+from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.blind_scores import ScoredCase
 from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.curves import FOLDER, read_pairs
+from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.evidence import effects_of, read_records, repeat_noise
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
@@ -62,7 +62,7 @@ def hidden_shrinkage(
 
     Raises
     ------
-    DataError                        the answer lacks its table of errors
+    DataError                        the answer lacks its table of errors or of factors
     """
     config = read_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config, config_file)
@@ -71,14 +71,9 @@ def hidden_shrinkage(
     references = [reference] if case.reference else []
     whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
     hidden = replace(case, test=(test,), reference=tuple(references))
-    errors = read_pairs(scored.answer_folder, "errors")
-    if not errors:
-        raise DataError(
-            f"{scored.answer_folder}: no curves/errors.csv; expected an answer of this version. "
-            "Answer the cases again."
-        )
+    errors = read_table(scored.answer_folder, "errors").set_index("error")["value"]
     share = float(errors["session_share"])
-    table = pd.read_csv(scored.answer_folder / FOLDER / "factors.csv")
+    table = read_table(scored.answer_folder, "factors")
     factors = table[table["label"] == candidate["label"]].pivot(
         index="effect", columns="channel", values="factor"
     )

@@ -69,6 +69,21 @@ def check_curves(curves: Mapping[str, pd.DataFrame]) -> None:
             )
 
 
+def read_table(out: Path, name: str) -> pd.DataFrame:
+    """A written table.
+
+    Raises
+    ------
+    DataError                        it was not written
+    """
+    path = out / FOLDER / f"{name}.csv"
+    if not path.exists():
+        raise DataError(
+            f"{path}: not there; expected an answer of this version. Diagnose the case again."
+        )
+    return pd.read_csv(path)
+
+
 def read_pairs(out: Path, name: str) -> dict[str, str]:
     """A written table of two columns as first -> second; empty if it was not written."""
     path = out / FOLDER / f"{name}.csv"

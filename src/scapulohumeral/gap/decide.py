@@ -109,7 +109,9 @@ def posterior(
         doubt = p[:-2] * np.clip((left - DOUBTED) / (1.0 - DOUBTED), 0.0, 1.0)
         p[:-2] -= doubt
         p[-2] += doubt.sum()
-    nothing = min(p[-1], UNDECIDED) if present else max(p[-1], SILENT[referenced])
+        nothing = min(p[-1], UNDECIDED)
+    else:
+        nothing = max(p[-1], SILENT[referenced])
     rest = p[:-1] / p[:-1].sum() * (1.0 - nothing)
     return Posterior(
         dict(zip([f.label for f in fits], rest[:-1].tolist(), strict=True)),

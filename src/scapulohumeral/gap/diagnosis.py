@@ -139,14 +139,13 @@ class _Judged:
     Attributes
     ----------
     ends : sums of squares of the whole whitened difference, and of its floor
-    fits : of all hypotheses; best : the most probable
-    p : probabilities; likely : fits that are not negligible
+    best : the most probable fit; likely : fits that are not negligible
+    p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     """
 
     ends: tuple[float, float]
-    fits: Sequence[Fit]
     best: Fit
     p: decide.Posterior
     likely: list[Fit]
@@ -165,7 +164,7 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
     best = max(fits, key=lambda f: p.labels[f.label])
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     groups = decide.classes(likely, apart)
-    return _Judged(ends, fits, best, p, likely, apart, groups, agreement, by_task)
+    return _Judged(ends, best, p, likely, apart, groups, agreement, by_task)
 
 
 def _ends(evidence: Evidence) -> tuple[float, float]:

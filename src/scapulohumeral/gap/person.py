@@ -28,12 +28,12 @@ def person_factors(fitted: Fit, comparison: Comparison, relative_error: float) -
     """
     hypothesis, x = fitted.hypothesis, fitted.x
     error = hypothesis.error(x, comparison, relative_error)
-    left = comparison.delta - hypothesis.predict(x)
+    changes = hypothesis.changes(x)
+    left = comparison.delta - changes.sum(axis=1)
     factors = np.ones((len(hypothesis.effects), len(comparison.channels)))
     for i, effect in enumerate(hypothesis.effects):
         if effect.changes_body:
-            change = hypothesis.changes(x)[:, i]
-            factors[i] = channel_factors(change, left, error, comparison, relative_error)
+            factors[i] = channel_factors(changes[:, i], left, error, comparison, relative_error)
     return factors
 
 

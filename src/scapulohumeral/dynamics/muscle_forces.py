@@ -19,7 +19,7 @@ length [m]: an axis of length 2 in front of the muscles. They act on F alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -35,11 +35,15 @@ from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _State:
-    """Quantities of one evaluation point, shared by forces and derivatives."""
+    """Quantities of one evaluation point, shared by forces and derivatives.
+
+    ``kept`` holds those that derivatives alone need, once one of them did.
+    """
 
     q: np.ndarray
+    u: np.ndarray
     rate_map: np.ndarray
     feature: np.ndarray
     gradient: np.ndarray
@@ -50,6 +54,7 @@ class _State:
     y_rate: np.ndarray
     length: np.ndarray
     velocity: np.ndarray
+    kept: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -132,7 +137,7 @@ class MuscleForces:
 
         Returns (N, K); d/d(q, u) (N, K, X); d/d activation (N, K, M).
         """
-        return self._jacobian(self._state(q, u), u, activation, muscles)
+        return self._jacobian(self._state(q, u), activation, muscles)
 
     def jacobian_with_parameters(
         self, q: np.ndarray, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
@@ -144,10 +149,10 @@ class MuscleForces:
         fibre = fibre_length_derivatives(force, activation, s.length, s.velocity, muscles)
         by_parameter = np.stack([tension / muscles.max_isometric_force, fibre.first], axis=1)
         d_p = -self._arms(s).transpose(0, 2, 1)[:, :, None] * by_parameter[:, None]
-        return *self._jacobian(s, u, activation, muscles), d_p
+        return *self._jacobian(s, activation, muscles), d_p
 
     def _jacobian(
-        self, s: _State, u: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+        self, s: _State, activation: np.ndarray, muscles: MuscleParameters
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         force = force_derivatives(s.length, s.velocity, muscles)
         tension = force.active * activation + force.passive
@@ -158,7 +163,7 @@ class MuscleForces:
         length_x = np.concatenate(
             [s.links[1][..., None] * s.y_q, np.zeros((n, arms.shape[1], 10))], axis=2
         )
-        rate_x = self._rate_gradient(s, u)
+        rate_x = self._rate_gradient(s)
         velocity_x = s.links[1][..., None] * rate_x
         velocity_x[:, :, :nq] += (s.links[2] * s.y_rate)[..., None] * s.y_q
         force_x = f_l[..., None] * length_x + f_v[..., None] * velocity_x
@@ -183,8 +188,8 @@ class MuscleForces:
         Returns d2/d(q, u)2, shape (N, X, X), and d2/d(q, u) d activation, shape (N, X, M).
         """
         s = self._state(q, u)
-        work = self._virtual_work(s, u, multipliers)
-        return self._hessian(s, work, u, activation, multipliers, muscles)
+        work = self._virtual_work(s, multipliers)
+        return self._hessian(s, work, activation, multipliers, muscles)
 
     def hessian_with_parameters(
         self,
@@ -196,17 +201,17 @@ class MuscleForces:
     ) -> tuple[np.ndarray, np.ndarray, ParameterHessian]:
         """As :meth:`hessian`, and the second derivatives that involve muscle parameters."""
         s = self._state(q, u)
-        work = self._virtual_work(s, u, multipliers)
-        h, h_a = self._hessian(s, work, u, activation, multipliers, muscles)
+        work = self._virtual_work(s, multipliers)
+        h, h_a = self._hessian(s, work, activation, multipliers, muscles)
         return h, h_a, self._parameter_hessian(s, work, activation, muscles)
 
-    def _hessian(self, s: _State, work: _VirtualWork, u, activation, multipliers, muscles):
+    def _hessian(self, s: _State, work: _VirtualWork, activation, multipliers, muscles):
         gradient, mixed, second = self._scalar_derivatives(s, work, activation, muscles)
         vectors = work.vectors
         n, m, _, x = vectors.shape
         weighted = np.einsum("nmkl,nmlx->nmkx", second, vectors).reshape(n, 4 * m, x)
         h = np.matmul(vectors.reshape(n, 4 * m, x).transpose(0, 2, 1), weighted)
-        h += self._feature_curvature(s, u, work.ghost, multipliers, gradient)
+        h += self._feature_curvature(s, work.ghost, multipliers, gradient)
         h_a = np.einsum("nmk,nmkx->nxm", mixed, vectors)
         return h, h_a
 
@@ -245,10 +250,26 @@ class MuscleForces:
 
     def _translation_gradient(self, s: _State) -> np.ndarray:
         """Gradients of D f, shape (N, 3, M, Nq)."""
-        flat = _contract(self._translation, s.gradient)
-        return flat.reshape(len(flat), 3, -1, flat.shape[2])
+        if "translation" not in s.kept:
+            flat = _contract(self._translation, s.gradient)
+            s.kept["translation"] = flat.reshape(len(flat), 3, -1, flat.shape[2])
+        return s.kept["translation"]
+
+    @cached_property
+    def _latest(self) -> list[_State]:
+        return []
 
     def _state(self, q: np.ndarray, u: np.ndarray) -> _State:
+        """The state at a point; the last one is kept.
+
+        Constraints, Jacobian and Hessian of one iterate share it, and so do all muscle parameters
+        that are tried at one solution.
+        """
+        if not any(np.array_equal(s.q, q) and np.array_equal(s.u, u) for s in self._latest):
+            self._latest[:] = [self._new_state(q.copy(), u.copy())]
+        return self._latest[0]
+
+    def _new_state(self, q: np.ndarray, u: np.ndarray) -> _State:
         feature, gradient = self.features.first(q)
         g = self.geometry
         y = feature @ self._length.T
@@ -273,6 +294,7 @@ class MuscleForces:
         y_rate = np.einsum("nmi,ni->nm", y_q, rate)
         return _State(
             q,
+            u,
             rate_map,
             feature,
             gradient,
@@ -293,13 +315,15 @@ class MuscleForces:
         """d(T(q) vector)/dq, shape (N, Nq, Nq), for vector (N, Nu)."""
         return np.einsum("ijk,nj->nik", self.dynamics.kinematics_linear, vector)
 
-    def _rate_gradient(self, s: _State, u: np.ndarray) -> np.ndarray:
+    def _rate_gradient(self, s: _State) -> np.ndarray:
         """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
-        rate = np.einsum("nij,nj->ni", s.rate_map, u)
-        zeros = np.zeros_like(s.feature)
-        jdot, _, _ = self.features.second(s.q, rate, zeros, zeros)
-        d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(u))
-        return np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
+        if "rate" not in s.kept:
+            rate = np.einsum("nij,nj->ni", s.rate_map, s.u)
+            zeros = np.zeros_like(s.feature)
+            jdot, _, _ = self.features.second(s.q, rate, zeros, zeros)
+            d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(s.u))
+            s.kept["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
+        return s.kept["rate"]
 
     def _arm_derivative(self, s: _State, tension: np.ndarray) -> np.ndarray:
         """sum_m F_m d(arms)/dq at constant F, shape (N, K, Nq)."""
@@ -318,7 +342,7 @@ class MuscleForces:
         )
         return np.concatenate([rotation, translation], axis=1)
 
-    def _virtual_work(self, s: _State, u: np.ndarray, multipliers: np.ndarray) -> _VirtualWork:
+    def _virtual_work(self, s: _State, multipliers: np.ndarray) -> _VirtualWork:
         _, l1, l2, l3 = s.links
         k0, k1, k2 = s.kappa
         ghost = np.einsum("nij,nj->ni", s.rate_map, multipliers[:, :10])
@@ -329,7 +353,7 @@ class MuscleForces:
             work=l1 * ghost_rate + k0 * delta,
             work_y=l2 * ghost_rate + k1 * delta,
             work_yy=l3 * ghost_rate + k2 * delta,
-            vectors=self._scalar_gradients(s, u, ghost, multipliers),
+            vectors=self._scalar_gradients(s, ghost, multipliers),
         )
 
     def _scalar_derivatives(self, s: _State, work: _VirtualWork, activation, muscles):
@@ -360,13 +384,13 @@ class MuscleForces:
         second[..., 1, 3] = second[..., 3, 1] = f_r * k0
         return gradient, mixed, -second
 
-    def _scalar_gradients(self, s: _State, u, ghost, multipliers) -> np.ndarray:
+    def _scalar_gradients(self, s: _State, ghost, multipliers) -> np.ndarray:
         """Gradients of the four scalars with respect to (q, u), shape (N, M, 4, X)."""
         n, m, nq = s.y_q.shape
         vectors = np.zeros((n, m, 4, nq + 10))
         zeros = np.zeros_like(s.feature)
         vectors[:, :, 0, :nq] = s.y_q
-        vectors[:, :, 1] = self._rate_gradient(s, u)
+        vectors[:, :, 1] = self._rate_gradient(s)
         jdot, _, _ = self.features.second(s.q, ghost, zeros, zeros)
         vectors[:, :, 2, :nq] = _contract(self._length, jdot)
         vectors[:, :, 2, :nq] += np.matmul(s.y_q, self._rate_jacobian(multipliers[:, :10]))
@@ -375,17 +399,17 @@ class MuscleForces:
         )
         return vectors
 
-    def _feature_curvature(self, s: _State, u, ghost, multipliers, gradient) -> np.ndarray:
+    def _feature_curvature(self, s: _State, ghost, multipliers, gradient) -> np.ndarray:
         """Second derivatives of the four scalars, weighted and summed over muscles, (N, X, X)."""
         n, nq = s.q.shape
         c_y, c_r, c_w = (gradient[..., k] @ self._length for k in range(3))
         pulls = np.einsum("nm,nk->nkm", gradient[..., 3], multipliers[:, 10:]).reshape(n, -1)
         c_t = pulls @ self._translation
-        rate = np.einsum("nij,nj->ni", s.rate_map, u)
+        rate = np.einsum("nij,nj->ni", s.rate_map, s.u)
         _, h_plain, third_r = self.features.second(s.q, rate, c_y + c_t, c_r)
         _, h_r, third_w = self.features.second(s.q, ghost, c_r, c_w)
         _, h_w, _ = self.features.second(s.q, ghost, c_w, np.zeros_like(c_w))
-        cross = np.matmul(h_r, self._rate_jacobian(u))
+        cross = np.matmul(h_r, self._rate_jacobian(s.u))
         cross += np.matmul(h_w, self._rate_jacobian(multipliers[:, :10]))
         h = np.zeros((n, nq + 10, nq + 10))
         h[:, :nq, :nq] = h_plain + third_r + third_w + cross + cross.transpose(0, 2, 1)

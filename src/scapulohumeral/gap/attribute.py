@@ -102,7 +102,9 @@ class Hypothesis:
             covariance += change_error(comparison, change, share, effect.changes_body)
         if self.own is not None and relative:
             for levels in (OWN_GAIN * x * self.own).T:
-                covariance += _outer(comparison, comparison.by_channel_of_all_tasks(levels))
+                if levels.any():
+                    columns = comparison.white_by_channel_of_all_tasks(levels)
+                    covariance += columns @ columns.T
         return SignatureError(covariance)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
@@ -145,7 +147,7 @@ class SignatureError:
 
     def __init__(self, error: np.ndarray) -> None:
         covariance = error + np.eye(len(error))
-        self._factor = cho_factor(covariance, lower=True)
+        self._factor = cho_factor(covariance, lower=True, overwrite_a=True)
         self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
 
     def solve(self, vectors: np.ndarray) -> np.ndarray:
@@ -170,43 +172,44 @@ def change_error(
     relative : error of each channel's change, relative
     controlled : whether muscles make the change, so that its shape depends on a person's control
     """
-    by_channel = _outer(comparison, comparison.by_channel(change))
+    by_channel = comparison.white_by_channel(change)
     if controlled:
-        covariance = (TASK_FACTOR * relative) ** 2 * by_channel
-        of_person = comparison.by_channel_of_all_tasks(change)
-        covariance += (PERSON_FACTOR * relative) ** 2 * _outer(comparison, of_person)
+        of_person = comparison.white_by_channel_of_all_tasks(change)
+        factors = relative * np.hstack([TASK_FACTOR * by_channel, PERSON_FACTOR * of_person])
+        covariance = factors @ factors.T
         for kind in comparison.kinds:
             size = SHAPE_ERROR[kind.name] * relative
             mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
-            shape = SHAPE_SHARED * kind.shared + (1.0 - SHAPE_SHARED) * kind.covariance
-            covariance += size**2 * mean_square * shape
+            if mean_square > 0.0:
+                covariance += size**2 * mean_square * SHAPE_SHARED * kind.shared
+                covariance += size**2 * mean_square * (1.0 - SHAPE_SHARED) * kind.covariance
         return covariance
-    covariance = relative**2 * by_channel
-    whole = comparison.whiten(change)
+    covariance = relative**2 * by_channel @ by_channel.T
+    whole = by_channel.sum(axis=1)
     spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
     covariance[np.diag_indices_from(covariance)] += spread
     return covariance
 
 
-def _outer(comparison: Comparison, columns: np.ndarray) -> np.ndarray:
-    """Covariance (D, D), whitened, of one unknown factor on each of the columns (D, F)."""
-    white = comparison.whiten(columns)
-    return white @ white.T
-
-
 def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
     """Most probable parameters inside their bounds, and evidence by Laplace's method."""
+    system = _System(
+        hypothesis,
+        comparison,
+        relative_error,
+        slope=comparison.whiten(hypothesis.slope),
+        target=comparison.whiten(
+            comparison.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
+        ),
+    )
     low, high = hypothesis.bounds
     first = np.eye(len(low))[0] * hypothesis.prior_sd
     # Errors grow with predictions: what contradicts a small effect, a large one may bear.
     starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
-    fits = [_settled(hypothesis, comparison, relative_error, start) for start in starts]
-    losses = [_loss(hypothesis, comparison, relative_error, x) for x in fits]
-    x = fits[int(np.argmin(losses))]
-    slope = comparison.whiten(hypothesis.slope)
-    error = hypothesis.error(x, comparison, relative_error)
-    curvature = slope.T @ error.solve(slope) + np.diag(hypothesis.prior_sd**-2.0)
-    residual = _residual(hypothesis, comparison, x)
+    x = min((system.settled(start) for start in np.unique(starts, axis=0)), key=system.loss)
+    error = system.error(x)
+    curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
+    residual = system.residual(x)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
@@ -219,66 +222,65 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
 
 
-def _settled(
-    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, start: np.ndarray
-) -> np.ndarray:
-    """Parameters (P,) that least squares with the error of their own prediction returns.
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Least squares of a hypothesis, whitened.
 
-    The most probable ones would be too small wherever predictions are better than their error
-    says, because a smaller effect claims a smaller error.
+    Attributes
+    ----------
+    hypothesis, comparison, relative_error : as for :func:`fit`
+    slope : (D, P) change per unit of a parameter
+    target : (D,) difference to explain, from the origin of the parameters
     """
-    x = start
-    for _ in range(REWEIGHTINGS if relative_error > 0.0 else 1):
-        before, x = x, _reweighted(hypothesis, comparison, relative_error, x)
-        if np.all(np.abs(x - before) < SETTLED * hypothesis.prior_sd):
-            break
-    return x
 
+    hypothesis: Hypothesis
+    comparison: Comparison
+    relative_error: float
+    slope: np.ndarray
+    target: np.ndarray
 
-def _reweighted(
-    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, start: np.ndarray
-) -> np.ndarray:
-    """Most probable parameters (P,) with the error that a prediction has at a start (P,)."""
-    slope = comparison.whiten(hypothesis.slope)
-    target = comparison.whiten(comparison.delta - hypothesis.value.sum(axis=1))
-    target += slope @ hypothesis.at
-    error = hypothesis.error(start, comparison, relative_error)
-    prior = np.diag(1.0 / hypothesis.prior_sd)
-    return _bounded(slope, target, error, prior, hypothesis.bounds)
+    def error(self, x: np.ndarray) -> SignatureError:
+        """Error of what parameters (P,) predict."""
+        return self.hypothesis.error(x, self.comparison, self.relative_error)
 
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """What parameters (P,) leave of the difference, (D,)."""
+        return self.target - self.slope @ x
 
-def _loss(
-    hypothesis: Hypothesis, comparison: Comparison, relative_error: float, x: np.ndarray
-) -> float:
-    """Negative log density of the difference and the parameters (P,), up to one-sided priors."""
-    error = hypothesis.error(x, comparison, relative_error)
-    return -error.log_density(_residual(hypothesis, comparison, x)) - _log_prior(hypothesis, x)
+    def loss(self, x: np.ndarray) -> float:
+        """Negative log density of the difference and parameters (P,), up to one-sided priors."""
+        return -self.error(x).log_density(self.residual(x)) - _log_prior(self.hypothesis, x)
 
+    def settled(self, start: np.ndarray) -> np.ndarray:
+        """Parameters (P,) that least squares with the error of their own prediction returns.
 
-def _residual(hypothesis: Hypothesis, comparison: Comparison, x: np.ndarray) -> np.ndarray:
-    """What parameters (P,) leave of the whitened difference, (D,)."""
-    return comparison.whiten(comparison.delta - hypothesis.predict(x))
+        The most probable ones would be too small wherever predictions are better than their error
+        says, because a smaller effect claims a smaller error.
+        """
+        x = start
+        for _ in range(REWEIGHTINGS if self.relative_error > 0.0 else 1):
+            before, x = x, self.reweighted(x)
+            if np.all(np.abs(x - before) < SETTLED * self.hypothesis.prior_sd):
+                break
+        return x
+
+    def reweighted(self, start: np.ndarray) -> np.ndarray:
+        """Most probable parameters (P,) with the error that a prediction has at a start (P,)."""
+        weighted = self.error(start).solve(self.slope)
+        normal = self.slope.T @ weighted + np.diag(self.hypothesis.prior_sd**-2.0)
+        right = weighted.T @ self.target
+        low, high = self.hypothesis.bounds
+        free = np.linalg.solve(normal, right)
+        if np.all((low <= free) & (free <= high)):
+            return free
+        factor = np.linalg.cholesky(normal)
+        span = np.maximum(high - low, 1e-9)
+        solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
+        return np.clip(solved.x, low, high)
 
 
 def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
     return float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
-
-
-def _bounded(
-    slope: np.ndarray,
-    target: np.ndarray,
-    error: SignatureError,
-    prior: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray],
-) -> np.ndarray:
-    """Least squares with a prior and bounds, residuals weighted by the signature error."""
-    normal = slope.T @ error.solve(slope) + prior.T @ prior
-    right = slope.T @ error.solve(target)
-    factor = np.linalg.cholesky(normal)
-    low, high = bounds
-    span = np.maximum(high - low, 1e-9)
-    solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
-    return np.clip(solved.x, low, high)
 
 
 def no_gap_evidence(comparison: Comparison) -> float:

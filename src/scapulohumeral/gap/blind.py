@@ -27,8 +27,8 @@ from typing import Any
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.blind_scores import REGISTERED, ScoredCase, score_card
-from scapulohumeral.gap.evidence import side_by_side
 from scapulohumeral.gap.run import ENTRY, RESULT, Request
+from scapulohumeral.gap.workers import side_by_side
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
@@ -135,7 +135,7 @@ def score(
     out : ``scores.json``
     shrinks : share of the noise-free gap on the hidden task that a candidate of an answer removes;
         asked for singles. Without it shrinkage is not compared with a truth
-    jobs : processes that ask for it, at most two
+    jobs : processes that ask for it
 
     Raises
     ------

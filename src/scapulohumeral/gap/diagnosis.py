@@ -29,7 +29,7 @@ from scapulohumeral.gap.attribute import (
 )
 from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
-from scapulohumeral.gap.evidence import Evidence, Records, fit_all, gather, read_records
+from scapulohumeral.gap.evidence import Evidence, Records, gather, read_records
 from scapulohumeral.gap.library import untestable
 from scapulohumeral.gap.locate import (
     Presence,
@@ -51,6 +51,7 @@ from scapulohumeral.gap.result import (
     Status,
     describe_inputs,
 )
+from scapulohumeral.gap.rivals import fit_all
 from scapulohumeral.gap.settings import GapSettings, read_settings
 from scapulohumeral.gap.shrinkage import controls, shrinkage
 from scapulohumeral.gap.tables import (

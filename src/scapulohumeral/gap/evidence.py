@@ -1,4 +1,4 @@
-"""What a case is decided from: records, nominal solutions, differences, and all effects fitted.
+"""What a case is decided from: records, nominal solutions, differences, and effects screened.
 
 Letters: T tasks, N nodes, K channels, D coefficients.
 """
@@ -6,8 +6,7 @@ Letters: T tasks, N nodes, K channels, D coefficients.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,8 +22,6 @@ from scapulohumeral.gap.attribute import (
     black_box_evidence,
     fit,
     no_gap_evidence,
-    pair,
-    strongest,
 )
 from scapulohumeral.gap.case import Case, GapTrial
 from scapulohumeral.gap.effects.base import Effect, Observed, Setup
@@ -42,10 +39,10 @@ from scapulohumeral.gap.observe import (
     recorded,
 )
 from scapulohumeral.gap.participant_model import ParticipantModel
-from scapulohumeral.gap.refit import refit
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import TrialDifference
 from scapulohumeral.gap.signatures import Recorder, Response, respond
+from scapulohumeral.gap.workers import side_by_side
 
 log = logging.getLogger(__name__)
 
@@ -55,8 +52,6 @@ SHOULDER_JOINTS = 3
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
-# Pairs are considered among this many of the short list.
-PAIRED = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -386,52 +381,3 @@ def _own_levels(
     count = responses[0].session.shape[-1]
     levels = compress([_emg_curves(share * np.asarray(a.emg), count) for a in anchors], functions)
     return np.outer(levels, np.eye(len(effect.params))[0])
-
-
-def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], threads: int) -> list[Any]:
-    """Results of independent jobs, at most two at a time."""
-    workers = min(threads, 2, len(jobs))
-    if workers < 2:
-        return [function(*job) for job in jobs]
-    with ProcessPoolExecutor(workers) as pool:
-        futures = [pool.submit(function, *job) for job in jobs]
-        return [future.result() for future in futures]
-
-
-def fit_all(
-    evidence: Evidence, model: ParticipantModel, threads: int, warnings: list[str]
-) -> list[Fit]:
-    """All effects; the strongest fitted by solving again; pairs of the strongest.
-
-    Both a derivative and a new solution are approximations of what a person would do: of an effect
-    that is solved again the fit with more evidence counts.
-    """
-    c, settings = evidence.comparison, evidence.settings
-    fits = {f.label: f for f in evidence.screened}
-    short = strongest(evidence.screened, evidence.prior, settings.short_list)
-    log.info("short list: %s", ", ".join(f.label for f in short))
-    # Without reference trials the prediction follows errors of the record: small, so linear.
-    again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
-    jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
-    for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
-        if after is None:
-            warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
-        elif after.log_evidence > before.log_evidence:
-            fits[before.label] = after
-    short = strongest([fits[f.label] for f in short], evidence.prior, PAIRED)
-    pairs = [
-        fit(pair(one, two), c, settings.signature_error)
-        for i, one in enumerate(short)
-        for two in short[:i]
-        if one.hypothesis.effects[0].family != two.hypothesis.effects[0].family
-    ]
-    return [*fits.values(), *pairs]
-
-
-def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:
-    """A refit, or None where a movement with the effect has no solution."""
-    try:
-        return refit(first, *arguments)
-    except SolveError as error:
-        log.info("%s: %s", first.label, error)
-        return None

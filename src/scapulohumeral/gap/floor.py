@@ -108,25 +108,31 @@ class Comparison:
         columns = np.zeros((len(self.delta), len(rows)))
         columns[rows, np.arange(len(rows))] = deviations
         white = self.whiten(columns)
-        alike = white.reshape(len(white), len(self.tasks), -1).sum(axis=1)
+        alike = self._over_tasks(white)
         return Kind(name, rows, deviations, white @ white.T, alike @ alike.T)
 
-    def by_channel(self, vector: np.ndarray) -> np.ndarray:
-        """Columns (D, T K) that hold a vector's part of one channel of one task each."""
-        size = self.functions.shape[1]
-        columns = np.zeros((len(vector), len(vector) // size))
-        for i, block in enumerate(vector.reshape(-1, size)):
-            columns[i * size : (i + 1) * size, i] = block
-        return columns
+    @cached_property
+    def _whitening(self) -> np.ndarray:
+        """What whitens, (D, T K, B)."""
+        whitening = self.whiten(np.eye(len(self.delta)))
+        return whitening.reshape(len(whitening), -1, self.functions.shape[1])
 
-    def by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
-        """Columns (D, K) that hold a vector's part of one channel each."""
-        columns = self.by_channel(vector)
-        return columns.reshape(len(vector), len(self.tasks), -1).sum(axis=1)
+    def white_by_channel(self, vector: np.ndarray) -> np.ndarray:
+        """Whitened columns (D, T K) of a vector's (D,) part of one channel of one task each."""
+        return np.einsum("dcb,cb->dc", self._whitening, vector.reshape(self._whitening.shape[1:]))
+
+    def white_by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
+        """Whitened columns (D, K) of a vector's (D,) part of one channel each."""
+        return self._over_tasks(self.white_by_channel(vector))
+
+    def _over_tasks(self, columns: np.ndarray) -> np.ndarray:
+        """Sums of columns (D, T C) of all tasks, (D, C)."""
+        return columns.reshape(len(columns), len(self.tasks), -1).sum(axis=1)
 
     def scaled(self, vector: np.ndarray, factors: np.ndarray) -> np.ndarray:
         """A vector (D,) with its channels times factors (K,)."""
-        return self.by_channel_of_all_tasks(vector) @ factors
+        shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
+        return (vector.reshape(shape) * factors[:, None]).ravel()
 
     def compress(self, curves: Sequence[np.ndarray]) -> np.ndarray:
         """Curves (..., N, K) of each task as coefficients (D, ...)."""

@@ -10,7 +10,7 @@ Letters: N nodes, M muscle elements, n unknowns, m constraints.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ HASTY, PATIENT = 25, 80
 # the cost of a single muscle's effort could not be varied to both sides of the nominal one.
 EXCITATION_EFFORT = 0.01
 # What takes longer to set up than to differentiate, and serves all variants of a movement.
-KEPT = ("_nominal_problem", "_nominal")
+KEPT = ("set_up", "_nominal")
 # What predictions track; scapula and clavicle are free.
 PREDICTED_FROM = ("humerus", "elbow")
 GH_QUATERNION = slice(8, 12)
@@ -106,16 +106,18 @@ class Movement:
     body : nominal body
     objective : objective with the nominal glenoid and without effort of its own
     angles_rad : (N, 10) motion to track
+    mesh : problem of as many nodes with the same equations and muscles, if there is one already
     """
 
     forces: MuscleForces
     body: Body
     objective: Objective
     angles_rad: np.ndarray
+    mesh: Problem | None = None
 
     def problem(self, body: Body, hessian: str = "exact") -> Problem:
         """The problem with another body."""
-        base = self._nominal_problem
+        base = self.set_up
         bounds = body_bounds(base.layout, body, (base.lower_bound, base.upper_bound))
         loaded = _loaded(base.collocation, body)
         return base.varied(loaded, self._objective(body), hessian, bounds)
@@ -123,7 +125,7 @@ class Movement:
     def variant(self, body: Body) -> Variant:
         """The same for derivatives, without opty's set-up."""
         nominal = self._nominal
-        layout = self._nominal_problem.layout
+        layout = self.set_up.layout
         lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
         return Variant(_loaded(nominal.collocation, body), self._objective(body), lower, upper)
 
@@ -134,14 +136,23 @@ class Movement:
         return replace(self._objective(self.body), reference=reference)
 
     @cached_property
-    def _nominal_problem(self) -> Problem:
+    def set_up(self) -> Problem:
         """Mesh, layout and bounds for all bodies; it is not solved itself."""
         body, objective = self.body, self._objective(self.body)
-        return Problem(self.forces, body.muscles, pack(body.parameters), objective, "exact")
+        if self.mesh is None:
+            return Problem(self.forces, body.muscles, pack(body.parameters), objective, "exact")
+        collocation = replace(
+            self.mesh.collocation,
+            muscles=body.muscles,
+            parameters=pack(body.parameters),
+            step=objective.step,
+        )
+        bounds = self.mesh.lower_bound, self.mesh.upper_bound
+        return self.mesh.varied(collocation, objective, "exact", bounds)
 
     @cached_property
     def _nominal(self) -> Variant:
-        return variant(self._nominal_problem)
+        return variant(self.set_up)
 
     def _objective(self, body: Body) -> Objective:
         nodes = len(self.objective.reference)
@@ -162,7 +173,7 @@ class Movement:
         )
         low, high = self.body.floor + 1e-3, self.body.cap - 1e-3
         guess = replace(guess, a=np.clip(guess.a, low, high), e=np.clip(guess.e, low, high))
-        return Start(self._nominal_problem.layout.join(guess))
+        return Start(self.set_up.layout.join(guess))
 
     def solved(self, body: Body, start: Start, iterations: int) -> Start:
         """Solution for a body.
@@ -223,7 +234,7 @@ class Movement:
 
     def trajectory(self, point: Start) -> Trajectory:
         """Trajectories of a solution."""
-        return self._nominal_problem.trajectory(point.free)
+        return self.set_up.trajectory(point.free)
 
 
 def movement(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Movement:
@@ -253,7 +264,16 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
             np.zeros((1, len(body.effort))), np.zeros((len(angles), 1)), np.ones(len(angles))
         ),
     )
-    return Movement(model.forces, body, objective, angles)
+    meshes = _meshes(model)
+    move = Movement(model.forces, body, objective, angles, meshes.get(len(angles)))
+    meshes.setdefault(len(angles), move.set_up)
+    return move
+
+
+@lru_cache(maxsize=1)
+def _meshes(model: ParticipantModel) -> dict[int, Problem]:
+    """Problems of the model in use by number of nodes: opty's set-up takes seconds."""
+    return {}
 
 
 def nominal_start(move: Movement, settings: GapSettings) -> Start:

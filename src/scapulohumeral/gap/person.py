@@ -52,7 +52,7 @@ def channel_factors(
     error : of the prediction
     comparison : what is explained; relative_error : of predicted changes
     """
-    columns = comparison.whiten(comparison.by_channel_of_all_tasks(change))
+    columns = comparison.white_by_channel_of_all_tasks(change)
     sd = PERSON_FACTOR * relative_error
     return np.maximum(1.0 + sd**2 * columns.T @ error.solve(comparison.whiten(left)), 0.0)
 

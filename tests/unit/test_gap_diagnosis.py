@@ -11,7 +11,7 @@ from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import blind_hidden, decide, evidence
+from scapulohumeral.gap import blind_hidden, decide, evidence, rivals
 from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import diagnose
@@ -70,7 +70,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
 def _made_up(monkeypatch):
     monkeypatch.setattr(evidence, "respond", made_up_response)
     monkeypatch.setattr(evidence, "nominal_body", lambda model, nodes: small_body())
-    monkeypatch.setattr(evidence, "_refit_or_keep", lambda first, *rest: first)
+    monkeypatch.setattr(rivals, "_refit_or_keep", lambda first, *rest: first)
 
 
 def trial(task, repeat, change, emg, seed):
@@ -148,7 +148,7 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
         hypothesis = replace(first.hypothesis, value=value, slope=slope)
         return fit(hypothesis, comparison, SETTINGS.signature_error)
 
-    monkeypatch.setattr(evidence, "_refit_or_keep", solved_again)
+    monkeypatch.setattr(rivals, "_refit_or_keep", solved_again)
     answer = diagnose(case(effect="no derivative "), None, replace(SETTINGS, short_list=1000))
     assert answer.candidates[0].label == cause
     assert answer.robustness.agree == answer.robustness.cells
@@ -260,7 +260,7 @@ class MadeFit:
 def test_probabilities_are_capped_by_the_test_for_a_gap():
     fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
     prior = {"a": 0.35, "b": 0.35}
-    rest = {"ends": (100.0, 20.0), "referenced": True}
+    rest = {"squares": decide.Squares(100.0, 20.0, 20.0), "referenced": True}
     absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False, **rest)
     assert absent.no_gap == decide.SILENT[True] > decide.SILENT[False] > 0.5
     present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True, **rest)
@@ -275,17 +275,19 @@ def test_probabilities_are_capped_by_the_test_for_a_gap():
 def test_a_cause_that_explains_nothing_is_none_of_these():
     prior = {"a": 0.35, "b": 0.35}
 
-    def judged(left, present=True):
+    def judged(left, present=True, expected=20.0):
         fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
-        return decide.posterior(
-            fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, True, ends=(100.0, 20.0)
-        )
+        squares = decide.Squares(whole=100.0, floor=20.0, expected=expected)
+        return decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, True, squares)
 
     assert judged(left=60.0).labels["a"] == pytest.approx(1.0)
     assert judged(left=92.0).labels["a"] == pytest.approx(0.5)
     assert judged(left=92.0).none == pytest.approx(0.5)
     assert judged(left=100.0).none == pytest.approx(1.0)
     assert judged(left=100.0, present=False).none == pytest.approx(0.0)
+    # What sessions change no cause has to explain.
+    assert judged(left=92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
+    assert judged(left=98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
@@ -296,7 +298,7 @@ def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
         return fit(replace(first.hypothesis, slope=nothing), comparison, SETTINGS.signature_error)
 
     kept = diagnosed(effect=RIGHT)
-    monkeypatch.setattr(evidence, "_refit_or_keep", useless)
+    monkeypatch.setattr(rivals, "_refit_or_keep", useless)
     assert diagnosed(effect=RIGHT).candidates[0] == kept.candidates[0]
 
 

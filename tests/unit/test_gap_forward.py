@@ -49,6 +49,26 @@ def test_problem_of_a_body_is_the_one_that_is_set_up_anew(quaternion_equations, 
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
 
 
+def test_movements_of_one_model_share_a_set_up(quaternion_equations):
+    """A faster movement gets the problem that is set up for it alone."""
+    first = small_movement(quaternion_equations)
+    faster = replace(first.objective, step=0.7 * first.objective.step)
+    alone = replace(first, objective=faster)
+    sharing = replace(alone, mesh=first.set_up)
+    free = alone.cold_start().free + 0.01 * np.random.default_rng(1).normal(
+        size=first.set_up.num_free
+    )
+    np.testing.assert_array_equal(sharing.cold_start().free, alone.cold_start().free)
+    one, other = sharing.problem(first.body), alone.problem(first.body)
+    multipliers = np.random.default_rng(2).normal(size=one.num_constraints)
+    np.testing.assert_array_equal(one.con(free), other.con(free))
+    np.testing.assert_array_equal(one.con_jac(free), other.con_jac(free))
+    np.testing.assert_array_equal(
+        one.hessian(free, multipliers, 1.0), other.hessian(free, multipliers, 1.0)
+    )
+    assert np.abs(one.con(free) - first.problem(first.body).con(free)).max() > 1e-3
+
+
 def test_nominal_problem_stays_what_it_is(quaternion_equations):
     move = small_movement(quaternion_equations)
     before = move.problem(move.body)

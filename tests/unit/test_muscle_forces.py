@@ -204,3 +204,21 @@ def test_straight_moment_is_lever_cross_pull(quaternion_equations, angles):
             np.testing.assert_allclose(-gradient[:, k, columns], expected, atol=1e-12)
         on_head = np.einsum("nij,ni->nj", frames["scapula_r"][1], pull) if k == 2 else 0.0 * pull
         np.testing.assert_allclose(-gradient[:, k, 10:], on_head, atol=1e-12)
+
+
+def test_a_point_that_changed_in_place_is_evaluated_anew(forces, muscles, state):
+    """Callers may reuse their arrays; the state that is kept must not be mistaken for theirs."""
+    q, u, activation, _ = state
+    forces.generalised(q, u, activation, muscles)
+    u += 0.5
+    q[:, 0] += 0.1
+    fresh = MuscleForces(forces.dynamics, forces.geometry)
+    np.testing.assert_array_equal(
+        forces.generalised(q, u, activation, muscles), fresh.generalised(q, u, activation, muscles)
+    )
+    for one, other in zip(
+        forces.jacobian(q, u, activation, muscles),
+        fresh.jacobian(q, u, activation, muscles),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, other)

@@ -39,8 +39,9 @@ PLACES = 2
 # Prior share of two effects at once, over all pairs: less than there are, because in opened blind
 # cases of one effect a second one that was not there gained up to 14 units of log evidence.
 PAIRS = 0.03
-# A cause that leaves more than this share of the gap unexplained is doubted: by its errors alone it
-# may have evidence. In six opened cases right causes left 0.28 to 0.60, a wrong one 1.04.
+# A cause that leaves more than this share of what exceeds noise and sessions is doubted: by its
+# errors alone it may have evidence. In six opened cases right causes left 0.28 to 0.60 of the
+# reducible difference, a wrong one 1.04.
 DOUBTED = 0.8
 # With a gap above the floor, "no gap" is at most as probable.
 UNDECIDED = 0.5
@@ -49,6 +50,22 @@ UNDECIDED = 0.5
 # a wrong one added to each).
 SILENT = {True: 0.87, False: 0.67}
 DETECTION_ERROR = 0.05
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Sums of squares of a whitened difference.
+
+    Attributes
+    ----------
+    whole : of the difference itself
+    floor : of what no smooth cause explains
+    expected : of noise and of what sessions change, without any cause
+    """
+
+    whole: float
+    floor: float
+    expected: float
 
 
 @dataclass(frozen=True)
@@ -86,7 +103,7 @@ def posterior(
     temperature: float,
     present: bool,
     referenced: bool,
-    ends: tuple[float, float],
+    squares: Squares,
 ) -> Posterior:
     """Probabilities by Bayes' rule with tempered evidence.
 
@@ -97,7 +114,7 @@ def posterior(
     temperature : divides all log evidence: above one, evidence counts less than it claims
     present : whether the difference exceeds the floor
     referenced : whether it is that to reference trials
-    ends : sums of squares of the whole whitened difference, and of its floor
+    squares : of the difference
     """
     evidence = [f.log_evidence for f in fits] + [none[1], no_gap[1]]
     weights = [prior[f.label] for f in fits] + [none[0], no_gap[0]]
@@ -105,7 +122,7 @@ def posterior(
     p = np.exp(logs - logs.max())
     p /= p.sum()
     if present:
-        left = np.array([unexplained(f, ends) for f in fits])
+        left = np.array([_exceeding(f, squares) for f in fits])
         doubt = p[:-2] * np.clip((left - DOUBTED) / (1.0 - DOUBTED), 0.0, 1.0)
         p[:-2] -= doubt
         p[-2] += doubt.sum()
@@ -120,10 +137,22 @@ def posterior(
     )
 
 
-def unexplained(fitted: Fit, ends: tuple[float, float]) -> float:
-    """Share of the reducible difference that a fit leaves; `ends` as for :func:`posterior`."""
-    whole, floor = ends
-    return max(fitted.left - floor, 0.0) / max(whole - floor, 1e-9)
+def unexplained(fitted: Fit, squares: Squares) -> float:
+    """Share of the reducible difference that a fit leaves."""
+    return _share_left(fitted.left, squares.whole, squares.floor)
+
+
+def _exceeding(fitted: Fit, squares: Squares) -> float:
+    """Share that a fit leaves of what exceeds noise and sessions; none if nothing does.
+
+    A small gap may stand out in one channel and lie below what sessions change in all of them:
+    no cause could explain most of it then, the right one neither.
+    """
+    return _share_left(fitted.left, squares.whole, squares.expected)
+
+
+def _share_left(left: float, whole: float, least: float) -> float:
+    return max(left - least, 0.0) / max(whole - least, 1e-9)
 
 
 def conformal_set(found: Posterior) -> tuple[str, ...]:
@@ -242,9 +271,9 @@ def candidates(
     found: Posterior,
     groups: Sequence[Sequence[str]],
     agreement: Mapping[str, float | None],
-    ends: tuple[float, float],
+    squares: Squares,
 ) -> tuple[Candidate, ...]:
-    """All hypotheses as candidates, the most probable first; `ends` as for :func:`posterior`."""
+    """All hypotheses as candidates, the most probable first."""
     home = {label: i + 1 for i, group in enumerate(groups) for label in group}
     rows = [
         Candidate(
@@ -252,7 +281,7 @@ def candidates(
             level=_level(f.label, groups),
             p=found.labels[f.label],
             class_id=home.get(f.label),
-            unexplained_share=unexplained(f, ends),
+            unexplained_share=unexplained(f, squares),
             task_agreement_p=agreement.get(f.label),
             parameters=amplitudes(f),
         )

@@ -139,14 +139,14 @@ class _Judged:
 
     Attributes
     ----------
-    ends : sums of squares of the whole whitened difference, and of its floor
+    squares : of the difference
     best : the most probable fit; likely : fits that are not negligible
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     """
 
-    ends: tuple[float, float]
+    squares: decide.Squares
     best: Fit
     p: decide.Posterior
     likely: list[Fit]
@@ -158,21 +158,24 @@ class _Judged:
 
 def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
     c, error = evidence.comparison, evidence.settings.signature_error
-    ends = _ends(evidence)
-    p = _posterior(evidence, fits, present, ends)
+    squares = _squares(evidence)
+    p = _posterior(evidence, fits, present, squares)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error)
     best = max(fits, key=lambda f: p.labels[f.label])
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     groups = decide.classes(likely, apart)
-    return _Judged(ends, best, p, likely, apart, groups, agreement, by_task)
+    return _Judged(squares, best, p, likely, apart, groups, agreement, by_task)
 
 
-def _ends(evidence: Evidence) -> tuple[float, float]:
-    """Sums of squares of the whole whitened difference, and of its floor."""
+def _squares(evidence: Evidence) -> decide.Squares:
     c = evidence.comparison
     white = c.whiten(c.delta)
-    return float(white @ white), black_box_left(c, evidence.boxes.columns)
+    return decide.Squares(
+        whole=float(white @ white),
+        floor=black_box_left(c, evidence.boxes.columns),
+        expected=float(len(white)),
+    )
 
 
 def _answer(
@@ -188,7 +191,7 @@ def _answer(
     present = is_there.present
     judged = _judged(evidence, fits, present)
     best, p, groups = judged.best, judged.p, judged.groups
-    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, judged.ends)
+    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, judged.squares)
     robust, variants = _robustness(evidence, fits, best, present)
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
@@ -257,7 +260,7 @@ def _errors(evidence: Evidence) -> list[tuple[str, float]]:
 
 
 def _posterior(
-    evidence: Evidence, fits: Sequence[Fit], present: bool, ends: tuple[float, float]
+    evidence: Evidence, fits: Sequence[Fit], present: bool, squares: decide.Squares
 ) -> decide.Posterior:
     c, settings = evidence.comparison, evidence.settings
     return decide.posterior(
@@ -268,7 +271,7 @@ def _posterior(
         settings.temperature,
         present,
         evidence.referenced,
-        ends,
+        squares,
     )
 
 

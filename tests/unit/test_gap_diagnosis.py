@@ -257,37 +257,45 @@ class MadeFit:
         self.label, self.log_evidence, self.left = label, log_evidence, left
 
 
+PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
+SQUARES = decide.Squares(whole=100.0, floor=20.0, expected=20.0)
+
+
+def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES):
+    return decide.posterior(
+        fits,
+        {"none": 0.0, "no_gap": no_gap},
+        PRIOR,
+        temperature,
+        decide.no_gap_range(present, referenced=True),
+        squares if present else None,
+    )
+
+
 def test_probabilities_are_capped_by_the_test_for_a_gap():
     fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
-    prior = {"a": 0.35, "b": 0.35}
-    rest = {"squares": decide.Squares(100.0, 20.0, 20.0), "referenced": True}
-    absent = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present=False, **rest)
+    absent, present = judged(fits, present=False), judged(fits, no_gap=90.0)
     assert absent.no_gap == decide.SILENT[True] > decide.SILENT[False] > 0.5
-    present = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 90.0), 1.0, present=True, **rest)
     assert present.no_gap == 0.5
     for found in (absent, present):
         assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
         assert decide.conformal_set(found) == ("no_gap", "a")
-    warm = decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 100.0, present=True, **rest)
-    assert warm.labels["a"] < present.labels["a"] / 0.5
+    assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
 
 
 def test_a_cause_that_explains_nothing_is_none_of_these():
-    prior = {"a": 0.35, "b": 0.35}
-
-    def judged(left, present=True, expected=20.0):
+    def with_left(left, present=True, expected=20.0):
         fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
-        squares = decide.Squares(whole=100.0, floor=20.0, expected=expected)
-        return decide.posterior(fits, prior, (0.1, 0.0), (0.2, 0.0), 1.0, present, True, squares)
+        return judged(fits, present, squares=replace(SQUARES, expected=expected))
 
-    assert judged(left=60.0).labels["a"] == pytest.approx(1.0)
-    assert judged(left=92.0).labels["a"] == pytest.approx(0.5)
-    assert judged(left=92.0).none == pytest.approx(0.5)
-    assert judged(left=100.0).none == pytest.approx(1.0)
-    assert judged(left=100.0, present=False).none == pytest.approx(0.0)
+    assert with_left(60.0).labels["a"] == pytest.approx(1.0)
+    assert with_left(92.0).labels["a"] == pytest.approx(0.5)
+    assert with_left(92.0).none == pytest.approx(0.5)
+    assert with_left(100.0).none == pytest.approx(1.0)
+    assert with_left(100.0, present=False).none == pytest.approx(0.0)
     # What sessions change no cause has to explain.
-    assert judged(left=92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
-    assert judged(left=98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
+    assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
+    assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.special import softmax
 from scipy.stats import norm
 
 from scapulohumeral.gap.attribute import Fit, distance
@@ -97,44 +98,47 @@ def pair_priors(single: Mapping[str, float], reserved: float) -> dict[str, float
 
 def posterior(
     fits: Sequence[Fit],
+    others: Mapping[str, float],
     prior: Mapping[str, float],
-    none: tuple[float, float],
-    no_gap: tuple[float, float],
     temperature: float,
-    present: bool,
-    referenced: bool,
-    squares: Squares,
+    no_gap: tuple[float, float],
+    squares: Squares | None,
 ) -> Posterior:
     """Probabilities by Bayes' rule with tempered evidence.
 
     Parameters
     ----------
-    fits : of all hypotheses; prior : of each label
-    none, no_gap : prior and log evidence of both
+    fits : of all hypotheses; others : log evidence of "none" and "no_gap"
+    prior : of each label, and of "none" and "no_gap"
     temperature : divides all log evidence: above one, evidence counts less than it claims
+    no_gap : least and largest probability of "no_gap", see :func:`no_gap_range`
+    squares : of the difference, by which causes are doubted; None: no cause is
+    """
+    evidence = {**{f.label: f.log_evidence for f in fits}, **others}
+    logs = np.array([evidence[label] / temperature + np.log(prior[label]) for label in evidence])
+    p = dict(zip(evidence, softmax(logs).tolist(), strict=True))
+    if squares is not None:
+        for f in fits:
+            left = _exceeding(f, squares)
+            doubt = p[f.label] * float(np.clip((left - DOUBTED) / (1.0 - DOUBTED), 0.0, 1.0))
+            p[f.label] -= doubt
+            p[NONE] += doubt
+    nothing = float(np.clip(p.pop(NO_GAP), *no_gap))
+    scale = (1.0 - nothing) / sum(p.values())
+    p = {label: scale * value for label, value in p.items()}
+    none = p.pop(NONE)
+    return Posterior(p, none, nothing)
+
+
+def no_gap_range(present: bool, referenced: bool) -> tuple[float, float]:
+    """Least and largest probability of no gap.
+
+    Parameters
+    ----------
     present : whether the difference exceeds the floor
     referenced : whether it is that to reference trials
-    squares : of the difference
     """
-    evidence = [f.log_evidence for f in fits] + [none[1], no_gap[1]]
-    weights = [prior[f.label] for f in fits] + [none[0], no_gap[0]]
-    logs = np.array(evidence) / temperature + np.log(weights)
-    p = np.exp(logs - logs.max())
-    p /= p.sum()
-    if present:
-        left = np.array([_exceeding(f, squares) for f in fits])
-        doubt = p[:-2] * np.clip((left - DOUBTED) / (1.0 - DOUBTED), 0.0, 1.0)
-        p[:-2] -= doubt
-        p[-2] += doubt.sum()
-        nothing = min(p[-1], UNDECIDED)
-    else:
-        nothing = max(p[-1], SILENT[referenced])
-    rest = p[:-1] / p[:-1].sum() * (1.0 - nothing)
-    return Posterior(
-        dict(zip([f.label for f in fits], rest[:-1].tolist(), strict=True)),
-        float(rest[-1]),
-        float(nothing),
-    )
+    return (0.0, UNDECIDED) if present else (SILENT[referenced], 1.0)
 
 
 def unexplained(fitted: Fit, squares: Squares) -> float:

@@ -42,6 +42,8 @@ from scapulohumeral.gap.locate import (
 )
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.result import (
+    NO_GAP,
+    NONE,
     Diagnosis,
     Gap,
     Regions,
@@ -265,13 +267,11 @@ def _posterior(
     c, settings = evidence.comparison, evidence.settings
     return decide.posterior(
         fits,
-        evidence.prior,
-        (settings.prior_none, black_box_evidence(c, evidence.boxes.columns)),
-        (settings.prior_no_gap, no_gap_evidence(c)),
+        {NONE: black_box_evidence(c, evidence.boxes.columns), NO_GAP: no_gap_evidence(c)},
+        {**evidence.prior, NONE: settings.prior_none, NO_GAP: settings.prior_no_gap},
         settings.temperature,
-        present,
-        evidence.referenced,
-        squares,
+        decide.no_gap_range(present, evidence.referenced),
+        squares if present else None,
     )
 
 

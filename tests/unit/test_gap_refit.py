@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
 
+from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import refit as refit_module
 from scapulohumeral.gap.attribute import Hypothesis, fit
 from scapulohumeral.gap.effects.base import Observed
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, difference, phase_functions, predicted
-from scapulohumeral.gap.refit import refit
+from scapulohumeral.gap.refit import WARM_ITERATIONS, refit
 from scapulohumeral.gap.signatures import Linearised, Recorder, Response
 
 pytestmark = pytest.mark.unit
@@ -42,16 +43,21 @@ def weakened(quaternion_equations):
     return move, response, difference(record, local.observed)
 
 
-def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
-    move, response, change = weakened
-    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
+def explained(change):
+    """A comparison (one task) with a change (N, K) to explain."""
     functions = phase_functions(NODES, 6)
     scale = np.array([0.2] * 10 + [0.002] * 2)
     covariance = np.diag(np.repeat(scale**2, 6))
-    comparison = Comparison(
+    return Comparison(
         (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
+
+
+def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
+    move, response, change = weakened
+    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
+    comparison = explained(change)
     slope = comparison.compress([response.effects[0]])
     first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
@@ -60,3 +66,22 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     assert solved == pytest.approx(LEFT, rel=0.05)
     assert abs(linear - LEFT) > abs(solved - LEFT)
     assert found.left < first.left
+
+
+def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
+    move, response, change = weakened
+    tried = []
+
+    def never(self, effect, x, start):
+        tried.append(self.iterations)
+        raise SolveError("no")
+
+    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
+    monkeypatch.setattr(refit_module.Resolve, "solved", never)
+    comparison = explained(change)
+    slope = comparison.compress([response.effects[0]])
+    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
+    with pytest.raises(SolveError, match="no"):
+        refit(first, comparison, [response], None, RECORDER, SETTINGS)
+    assert tried == [WARM_ITERATIONS]
+    assert SETTINGS.iterations > WARM_ITERATIONS

@@ -21,6 +21,9 @@ from scapulohumeral.ocp.solver import Start
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
 LARGEST_STEP = 1.5
 MARGIN = 1e-4
+# Iterations of a warm solve: in 60 blind cases 540 of 549 solves needed fewer, and six never
+# arrived, in one and a half to three minutes each.
+WARM_ITERATIONS = 60
 
 
 def refit(
@@ -56,7 +59,8 @@ def refit(
         values, slopes = [], []
         for i, response in enumerate(responses):
             if effect.changes_body:
-                problem = Resolve(moves[i], response, recorder, settings.iterations)
+                iterations = min(WARM_ITERATIONS, settings.iterations)
+                problem = Resolve(moves[i], response, recorder, iterations)
                 value, slope, starts[i] = problem.solved(effect, x, starts[i])
             else:
                 value, slope = recorded_change(effect, x, response)

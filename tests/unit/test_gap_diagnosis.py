@@ -261,10 +261,10 @@ PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
 SQUARES = decide.Squares(whole=100.0, floor=20.0, expected=20.0)
 
 
-def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES):
+def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, none=0.0):
     return decide.posterior(
         fits,
-        {"none": 0.0, "no_gap": no_gap},
+        {"none": none, "no_gap": no_gap},
         PRIOR,
         temperature,
         decide.no_gap_range(present, referenced=True),
@@ -283,16 +283,27 @@ def test_probabilities_are_capped_by_the_test_for_a_gap():
     assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
 
 
+def test_smooth_forces_alone_do_not_outweigh_a_cause_that_explains_the_gap():
+    fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
+    for better in (90.0, 9000.0):
+        found = judged(fits, none=better)
+        assert found.none == pytest.approx(decide.UNKNOWN)
+        assert found.labels["a"] == pytest.approx(1.0 - decide.UNKNOWN, rel=1e-3)
+        assert found.none + found.no_gap + sum(found.labels.values()) == pytest.approx(1.0)
+    assert judged(fits, none=45.0).none < decide.UNKNOWN
+
+
 def test_a_cause_that_explains_nothing_is_none_of_these():
     def with_left(left, present=True, expected=20.0):
         fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
         return judged(fits, present, squares=replace(SQUARES, expected=expected))
 
     assert with_left(60.0).labels["a"] == pytest.approx(1.0)
-    assert with_left(92.0).labels["a"] == pytest.approx(0.5)
-    assert with_left(92.0).none == pytest.approx(0.5)
-    assert with_left(100.0).none == pytest.approx(1.0)
+    assert with_left(84.0).labels["a"] == pytest.approx(1.0)
+    assert with_left(88.0).labels["a"] == pytest.approx(0.75)
+    assert with_left(88.0).none == pytest.approx(0.25)
     assert with_left(100.0, present=False).none == pytest.approx(0.0)
+    assert with_left(100.0).none == pytest.approx(1.0)
     # What sessions change no cause has to explain.
     assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
     assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)

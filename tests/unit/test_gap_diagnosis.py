@@ -302,6 +302,8 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
     assert with_left(84.0).labels["a"] == pytest.approx(1.0)
     assert with_left(88.0).labels["a"] == pytest.approx(0.75)
     assert with_left(88.0).none == pytest.approx(0.25)
+    assert with_left(92.0).labels["a"] == pytest.approx(0.5)
+    assert with_left(92.0).none == pytest.approx(0.5)
     assert with_left(100.0, present=False).none == pytest.approx(0.0)
     assert with_left(100.0).none == pytest.approx(1.0)
     # What sessions change no cause has to explain.

@@ -46,14 +46,15 @@ PAIRS = 0.03
 DOUBTED = 0.8
 # With a gap above the floor, "no gap" is at most as probable.
 UNDECIDED = 0.5
-# So is "none of these", but for causes that are doubted: smooth forces mimic some effects (joint
-# damping above all) better than the model predicts them. In a blind draw of 60 cases, opened since,
-# two of seven answers in which it came first were right (a right and a wrong one added).
-UNKNOWN = 1.0 / 3.0
 # Without one it is at least as probable, with or without reference trials: in five blind draws,
 # opened since, 32 of 36 such answers were right with reference and 17 of 25 without it (a right and
 # a wrong one added to each).
 SILENT = {True: 0.87, False: 0.67}
+# With a gap "none of these" is at most as probable, but for causes that are doubted: smooth forces
+# mimic some effects (joint damping above all) better than the model predicts them. In a blind draw
+# of 60 cases, opened since, two of seven answers in which it came first were right (a right and a
+# wrong one added).
+UNKNOWN = 1.0 / 3.0
 DETECTION_ERROR = 0.05
 
 

@@ -54,12 +54,12 @@ def refit(
             for response in responses
         ]
     starts = [response.point for response in responses]
+    iterations = min(WARM_ITERATIONS, settings.iterations)
     for _ in range(settings.refits):
         x = _limited(current)
         values, slopes = [], []
         for i, response in enumerate(responses):
             if effect.changes_body:
-                iterations = min(WARM_ITERATIONS, settings.iterations)
                 problem = Resolve(moves[i], response, recorder, iterations)
                 value, slope, starts[i] = problem.solved(effect, x, starts[i])
             else:

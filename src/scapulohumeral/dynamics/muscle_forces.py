@@ -45,6 +45,7 @@ class _State:
     q: np.ndarray
     u: np.ndarray
     rate_map: np.ndarray
+    rate: np.ndarray
     feature: np.ndarray
     gradient: np.ndarray
     y_q: np.ndarray
@@ -296,6 +297,7 @@ class MuscleForces:
             q,
             u,
             rate_map,
+            rate,
             feature,
             gradient,
             y_q,
@@ -318,9 +320,8 @@ class MuscleForces:
     def _rate_gradient(self, s: _State) -> np.ndarray:
         """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
         if "rate" not in s.kept:
-            rate = np.einsum("nij,nj->ni", s.rate_map, s.u)
             zeros = np.zeros_like(s.feature)
-            jdot, _, _ = self.features.second(s.q, rate, zeros, zeros)
+            jdot, _, _ = self.features.second(s.q, s.rate, zeros, zeros)
             d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(s.u))
             s.kept["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
         return s.kept["rate"]
@@ -405,8 +406,7 @@ class MuscleForces:
         c_y, c_r, c_w = (gradient[..., k] @ self._length for k in range(3))
         pulls = np.einsum("nm,nk->nkm", gradient[..., 3], multipliers[:, 10:]).reshape(n, -1)
         c_t = pulls @ self._translation
-        rate = np.einsum("nij,nj->ni", s.rate_map, s.u)
-        _, h_plain, third_r = self.features.second(s.q, rate, c_y + c_t, c_r)
+        _, h_plain, third_r = self.features.second(s.q, s.rate, c_y + c_t, c_r)
         _, h_r, third_w = self.features.second(s.q, ghost, c_r, c_w)
         _, h_w, _ = self.features.second(s.q, ghost, c_w, np.zeros_like(c_w))
         cross = np.matmul(h_r, self._rate_jacobian(s.u))

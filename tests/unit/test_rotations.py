@@ -76,6 +76,30 @@ def test_trial_and_pose_round_trip():
     np.testing.assert_allclose(rot.pose_to_trial(pose), angles, atol=1e-13)
 
 
+@pytest.mark.parametrize("column", [0, 3, 6, 8])
+def test_poses_do_not_depend_on_how_often_angles_were_wrapped(column):
+    # Start and middle of an elevation of a blind case: both outer glenohumeral angles near -160 deg
+    # make one turn of 40 deg, whose quaternion had a negative scalar part.
+    angles = np.deg2rad(
+        [
+            [-24.5, 3.4, 9.0, 44.8, 3.1, -0.1, -160.7, 1.9, -159.8, 20.1],
+            [-25.3, 4.6, 8.5, 45.4, 3.2, 1.6, -342.0, 14.2, 3.0, 14.5],
+        ]
+    )
+    pose = rot.trial_to_pose(angles)
+    assert np.all(pose[:, [0, 4, 8]] > 0.0)
+    wrapped = angles + 2.0 * np.pi * np.eye(10)[column]
+    np.testing.assert_allclose(rot.trial_to_pose(wrapped), pose, atol=1e-13)
+
+
+def test_trial_keeps_its_continuity_where_a_scalar_part_changes_sign():
+    angles = np.zeros((9, 10))
+    angles[:, 0] = np.linspace(0.6, 1.1, 9) * np.pi
+    pose = rot.trial_to_pose(angles)
+    assert pose[0, 0] > 0.0 > pose[-1, 0]
+    assert np.abs(np.diff(pose[:, :4], axis=0)).max() < 0.2
+
+
 @pytest.mark.parametrize("sequence", ["YZX", "YZY"])
 def test_euler_rates_give_the_angular_velocity_in_child_axes(sequence):
     """Against the turn between two instants, R(t - h)^T R(t + h), seen from the child."""

@@ -160,6 +160,10 @@ def relative_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
 def trial_to_pose(angles: ArrayLike) -> Array:
     """Poses of a recorded trial, with quaternions continuous in time.
 
+    Of both signs of a joint's quaternions the one with more positive scalar parts is taken, so that
+    poses do not depend on how often the Euler angles were wrapped: muscle lengths are polynomials
+    of one sign, and meaningless for the other.
+
     Parameters
     ----------
     angles : array, shape (T, 10)    [rad], in the order of `ANGLE_NAMES`
@@ -173,7 +177,9 @@ def trial_to_pose(angles: ArrayLike) -> Array:
         make_continuous(euler_to_quaternion(angles[:, 3 * i : 3 * i + 3], sequence))
         for i, sequence in enumerate(JOINT_SEQUENCES.values())
     ]
-    return np.concatenate([*quaternions, angles[:, 9:]], axis=1)
+    signs = [-1.0 if q[:, 0].sum() < 0.0 else 1.0 for q in quaternions]
+    joints = (sign * q for sign, q in zip(signs, quaternions, strict=True))
+    return np.concatenate([*joints, angles[:, 9:]], axis=1)
 
 
 def pose_to_trial(pose: ArrayLike) -> Array:

@@ -23,7 +23,7 @@ from scapulohumeral.gap.attribute import (
     task_agreement,
 )
 from scapulohumeral.gap.baselines import baseline_labels
-from scapulohumeral.gap.decide import Posterior, hint, next_trial, separability
+from scapulohumeral.gap.decide import Posterior, amplitudes, hint, next_trial, separability
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
@@ -73,6 +73,35 @@ def amplitude_misses(relative_error):
         found = fit(h, comparison(drawn(h.slope @ [1.2], relative_error, seed)), relative_error)
         misses.append((found.x[0] - 1.2) / np.sqrt(found.covariance[0, 0]))
     return np.array(misses)
+
+
+def test_amplitudes_are_those_of_the_data_alone():
+    h = hypothesis(DAMPING, 1, size=0.4)
+    case = comparison(h.slope @ [1.2] + noise(100))
+    found = fit(h, case, 0.0)
+    square = float(h.slope[:, 0] @ h.slope[:, 0])
+    alone, half = float(h.slope[:, 0] @ case.delta) / square, 1.96 / np.sqrt(square)
+    [plain], [tempered] = amplitudes(found, 1.0), amplitudes(found, 2.0)
+    assert found.x[0] < 0.95 * alone
+    assert plain.value == pytest.approx(alone) == tempered.value
+    np.testing.assert_allclose(plain.ci95, (alone - half, alone + half))
+    np.testing.assert_allclose(np.ptp(tempered.ci95), np.sqrt(2.0) * np.ptp(plain.ci95))
+
+
+def test_amplitudes_that_the_data_hardly_know_keep_their_prior():
+    h = hypothesis(DAMPING, 1, size=0.05)
+    found = fit(h, comparison(h.slope @ [1.2] + noise(100)), 0.0)
+    [plain] = amplitudes(found, 1.0)
+    assert plain.value == pytest.approx(found.x[0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_misfit_is_the_mean_square_over_what_is_assumed(scale):
+    h = hypothesis(DAMPING, 1)
+    cases = [comparison(h.slope @ [1.2] + scale * noise(seed)) for seed in range(100, 140)]
+    found = [fit(h, case, 0.0).misfit for case in cases]
+    assert np.mean(found) == pytest.approx(scale**2, rel=0.1)
+    assert fit(h, comparison(drawn(h.slope @ [1.2], 0.3, 1)), 0.3).misfit < 1.5
 
 
 @pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3, 0.4, 0.8])

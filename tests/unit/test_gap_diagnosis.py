@@ -253,8 +253,8 @@ def test_names_and_order_do_not_matter():
 class MadeFit:
     """What probabilities need of a fit."""
 
-    def __init__(self, label, log_evidence, left=40.0):
-        self.label, self.log_evidence, self.left = label, log_evidence, left
+    def __init__(self, label, log_evidence, left=40.0, misfit=1.0):
+        self.label, self.log_evidence, self.left, self.misfit = label, log_evidence, left, misfit
 
 
 PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
@@ -309,6 +309,18 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
     # What sessions change no cause has to explain.
     assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
     assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
+
+
+def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
+    def doubt(left, misfit):
+        return judged([MadeFit("a", 50.0, left, misfit), MadeFit("b", 10.0)]).none
+
+    assert doubt(60.0, 1.4) == pytest.approx(0.0)
+    assert doubt(60.0, 1.75) == pytest.approx(0.5)
+    assert doubt(60.0, 3.0) == pytest.approx(1.0)
+    # Noise may be larger than assumed: what explains most of the gap stays the cause.
+    assert doubt(40.0, 3.0) == pytest.approx(0.0)
+    assert doubt(50.0, 3.0) == pytest.approx(0.5)
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):

@@ -225,6 +225,29 @@ def test_open_cases_of_one_kind() -> None:
     assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}
 
 
+def test_a_person_with_two_ways_to_do_a_task_is_drawn_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "null")
+    envelopes = iter([0.3, 0.1])  # of one repeat in the first draw, and in the second
+
+    def simulated(_, plans):
+        time, rest = np.linspace(0, 1, 50), np.full((50, 8), 0.1)
+        recordings = {
+            ("test", task, repeat): Recording(time, small_motion(50), rest)
+            for task in plan.tasks
+            for repeat in (0, 1, 2)
+        }
+        other = rest + (next(envelopes) - 0.1) * (np.arange(8) == 5)
+        recordings["test", plan.tasks[1], 2] = Recording(time, small_motion(50), other)
+        return {p.id: recordings for p in plans}
+
+    monkeypatch.setattr(generate, "_simulated", simulated)
+    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
+    assert recordings["test", plan.tasks[1], 2].emg.max() < 0.2
+    assert found.seed == redrawn(plan, 1).seed
+
+
 @pytest.mark.parametrize(("angle_deg", "draws"), [(20.0, 1), (0.0, generate.SHOWN_ATTEMPTS)])
 def test_an_effect_that_hardly_shows_is_drawn_again(
     monkeypatch: pytest.MonkeyPatch, angle_deg: float, draws: int

@@ -123,6 +123,8 @@ class Fit:
     x : (P,) internal parameters; covariance : (P, P) of them
     log_evidence : log density of the difference, whitened
     left : sum of squares of the whitened difference that remains
+    misfit : mean square of what remains in units of noise and of the errors of the prediction:
+        about one where both are as assumed
     """
 
     hypothesis: Hypothesis
@@ -130,6 +132,7 @@ class Fit:
     covariance: np.ndarray
     log_evidence: float
     left: float
+    misfit: float
 
     @property
     def label(self) -> str:
@@ -154,10 +157,14 @@ class SignatureError:
         """Inverse of I + E times vectors (D,) or (D, P)."""
         return cho_solve(self._factor, vectors)
 
+    def squares(self, residual: np.ndarray) -> float:
+        """Sum of squares of a whitened residual (D,) in units of I + E."""
+        return float(residual @ self.solve(residual))
+
     def log_density(self, residual: np.ndarray) -> float:
         """Log density of a whitened residual (D,)."""
-        quadratic = float(residual @ self.solve(residual))
-        return -0.5 * (quadratic + self.logdet + len(residual) * np.log(2.0 * np.pi))
+        normalisation = self.logdet + len(residual) * np.log(2.0 * np.pi)
+        return -0.5 * (self.squares(residual) + normalisation)
 
 
 def change_error(
@@ -174,7 +181,7 @@ def change_error(
     """
     by_channel = comparison.white_by_channel(change)
     if controlled:
-        of_person = comparison.white_by_channel_of_all_tasks(change)
+        of_person = comparison.over_tasks(by_channel)
         factors = relative * np.hstack([TASK_FACTOR * by_channel, PERSON_FACTOR * of_person])
         covariance = factors @ factors.T
         for kind in comparison.kinds:
@@ -206,8 +213,8 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     first = np.eye(len(low))[0] * hypothesis.prior_sd
     # Errors grow with predictions: what contradicts a small effect, a large one may bear.
     starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
-    x = min((system.settled(start) for start in np.unique(starts, axis=0)), key=system.loss)
-    error = system.error(x)
+    settled = (system.settled(start) for start in np.unique(starts, axis=0))
+    x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
     curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
     residual = system.residual(x)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
@@ -218,8 +225,14 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
         + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
     )
-    left = float(residual @ residual)
-    return Fit(hypothesis, x, np.linalg.inv(curvature), log_evidence, left)
+    return Fit(
+        hypothesis,
+        x,
+        np.linalg.inv(curvature),
+        log_evidence,
+        left=float(residual @ residual),
+        misfit=error.squares(residual) / len(residual),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,9 +260,9 @@ class _System:
         """What parameters (P,) leave of the difference, (D,)."""
         return self.target - self.slope @ x
 
-    def loss(self, x: np.ndarray) -> float:
+    def loss(self, x: np.ndarray, error: SignatureError) -> float:
         """Negative log density of the difference and parameters (P,), up to one-sided priors."""
-        return -self.error(x).log_density(self.residual(x)) - _log_prior(self.hypothesis, x)
+        return -error.log_density(self.residual(x)) - _log_prior(self.hypothesis, x)
 
     def settled(self, start: np.ndarray) -> np.ndarray:
         """Parameters (P,) that least squares with the error of their own prediction returns.

@@ -23,9 +23,9 @@ from scapulohumeral.gap.settings import GapSettings
 
 SCHEMA = "null-bank/1"
 # Without a bank that fits, thresholds are higher by this factor.
-# ASSUME: a little more than any effect-free case of the bank built so far has needed, 1.00 with
+# ASSUME: a little more than any effect-free case of the banks built so far has needed, 1.30 with
 # reference trials and 2.19 without.
-UNCHECKED = {"reference": 1.25, "no_reference": 2.5}
+UNCHECKED = {"reference": 1.5, "no_reference": 2.5}
 # Modules that tests and thresholds are made by. Model and solver are left out: they move both
 # sides of the ratio, and a bank that every edit of them made stale would never be there.
 STATISTICS = (

@@ -193,7 +193,9 @@ def _answer(
     present = is_there.present
     judged = _judged(evidence, fits, present)
     best, p, groups = judged.best, judged.p, judged.groups
-    causes = decide.candidates(fits, p, groups, {best.label: judged.agreement}, judged.squares)
+    agreement = {best.label: judged.agreement}
+    temperature = evidence.settings.temperature
+    causes = decide.candidates(fits, p, groups, agreement, judged.squares, temperature)
     robust, variants = _robustness(evidence, fits, best, present)
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)

@@ -108,7 +108,7 @@ class Comparison:
         columns = np.zeros((len(self.delta), len(rows)))
         columns[rows, np.arange(len(rows))] = deviations
         white = self.whiten(columns)
-        alike = self._over_tasks(white)
+        alike = self.over_tasks(white)
         return Kind(name, rows, deviations, white @ white.T, alike @ alike.T)
 
     @cached_property
@@ -123,9 +123,9 @@ class Comparison:
 
     def white_by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
         """Whitened columns (D, K) of a vector's (D,) part of one channel each."""
-        return self._over_tasks(self.white_by_channel(vector))
+        return self.over_tasks(self.white_by_channel(vector))
 
-    def _over_tasks(self, columns: np.ndarray) -> np.ndarray:
+    def over_tasks(self, columns: np.ndarray) -> np.ndarray:
         """Sums of columns (D, T C) of all tasks, (D, C)."""
         return columns.reshape(len(columns), len(self.tasks), -1).sum(axis=1)
 

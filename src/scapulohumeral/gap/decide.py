@@ -201,8 +201,7 @@ def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
     params = [p for effect in fitted.hypothesis.effects for p in effect.params]
     low, high = fitted.hypothesis.bounds
     variance, prior = np.diag(fitted.covariance), fitted.hypothesis.prior_sd**2
-    known = variance < TAKEN_OUT * prior
-    stretch = np.where(known, prior / np.where(known, prior - variance, prior), 1.0)
+    stretch = prior / (prior - np.where(variance < TAKEN_OUT * prior, variance, 0.0))
     values = np.clip(stretch * fitted.x, low, high)
     halves = 1.96 * np.sqrt(temperature * stretch * variance)
     rows = []

@@ -42,7 +42,7 @@ report: $(environment) ## Bring the report of the full study and the pictures of
 gap: $(environment) ## Diagnose the gap between recorded and simulated elevations
 	$(study) gap
 
-blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (two to three hours)
+blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (one and a half to three hours)
 	$(study) results/gap/blind/scores.json
 	cp results/gap/blind/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from gap_files import write_csv
 
 from scapulohumeral.gap.cli import main
-from scapulohumeral.gap.result import read_result
+from scapulohumeral.gap.result import JOIN, read_result
 
 pytestmark = pytest.mark.unit
 
@@ -25,9 +26,10 @@ def write_elevations(published: Path, folder: Path) -> list[str]:
     """Each elevation as a trial of its own."""
     folder.mkdir()
     table = pd.read_csv(published).rename(columns=lambda name: name.rsplit("_", 1)[0])
-    for task, (start, end) in ELEVATIONS.items():
-        table[table.time.between(start, end)].to_csv(folder / f"{task}.csv", index=False)
-    return [str(folder / f"{task}.csv") for task in ELEVATIONS]
+    return [
+        str(write_csv(table[table.time.between(start, end)], folder / f"{task}.csv"))
+        for task, (start, end) in ELEVATIONS.items()
+    ]
 
 
 @pytest.mark.slow  # fits a model and solves about twenty movements: two minutes
@@ -45,4 +47,4 @@ def test_published_loss_of_the_cuff_is_seen_and_not_called_something_else(reposi
     found = read_result(tmp_path / "out" / "result.json")
     assert found["gap"]["present"]
     sure = [c["label"] for c in found["candidates"] if c["p"] > 0.5]
-    assert all(CUFF & set(label.split(" + ")) for label in sure)
+    assert all(CUFF & set(label.split(JOIN)) for label in sure)

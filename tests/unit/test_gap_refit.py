@@ -43,23 +43,24 @@ def weakened(quaternion_equations):
     return move, response, difference(record, local.observed)
 
 
-def explained(change):
-    """A comparison (one task) with a change (N, K) to explain."""
+def screened(response, change):
+    """A comparison (one task) with a change (N, K) to explain, and weakness fitted to it."""
     functions = phase_functions(NODES, 6)
     scale = np.array([0.2] * 10 + [0.002] * 2)
     covariance = np.diag(np.repeat(scale**2, 6))
-    return Comparison(
+    comparison = Comparison(
         (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
+    slope = comparison.compress([response.effects[0]])
+    hypothesis = Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope)
+    return comparison, fit(hypothesis, comparison, 0.0)
 
 
 def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     move, response, change = weakened
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
-    comparison = explained(change)
-    slope = comparison.compress([response.effects[0]])
-    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
+    comparison, first = screened(response, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
     found = refit(first, comparison, [response], None, RECORDER, settings)
     linear, solved = (WEAK.physical(f.x)[0] for f in (first, found))
@@ -78,9 +79,7 @@ def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
 
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
     monkeypatch.setattr(refit_module.Resolve, "solved", never)
-    comparison = explained(change)
-    slope = comparison.compress([response.effects[0]])
-    first = fit(Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope), comparison, 0.0)
+    comparison, first = screened(response, change)
     with pytest.raises(SolveError, match="no"):
         refit(first, comparison, [response], None, RECORDER, SETTINGS)
     assert tried == [WARM_ITERATIONS]

@@ -195,8 +195,9 @@ def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
     """Parameters with 95 % intervals, in their units, as the data alone have them.
 
     The prior of a parameter, which decides how much evidence a cause has, pulls its estimate toward
-    zero. It is taken out again wherever the data say more than it does. Intervals are tempered like
-    probabilities: a likelihood to the power of 1 / temperature is wider by its square root.
+    zero. It is taken out again wherever the data say at least twice as much as it does. Intervals
+    are tempered like probabilities: a likelihood to the power of 1 / temperature is wider by its
+    square root.
     """
     params = [p for effect in fitted.hypothesis.effects for p in effect.params]
     low, high = fitted.hypothesis.bounds

@@ -177,8 +177,7 @@ def trial_to_pose(angles: ArrayLike) -> Array:
         make_continuous(euler_to_quaternion(angles[:, 3 * i : 3 * i + 3], sequence))
         for i, sequence in enumerate(JOINT_SEQUENCES.values())
     ]
-    signs = [-1.0 if q[:, 0].sum() < 0.0 else 1.0 for q in quaternions]
-    joints = (sign * q for sign, q in zip(signs, quaternions, strict=True))
+    joints = (-q if q[:, 0].sum() < 0.0 else q for q in quaternions)
     return np.concatenate([*joints, angles[:, 9:]], axis=1)
 
 

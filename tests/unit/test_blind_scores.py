@@ -8,6 +8,7 @@ import pytest
 
 from scapulohumeral.gap.blind import _with_hidden
 from scapulohumeral.gap.blind_scores import (
+    HiddenGap,
     ScoredCase,
     area_under_curve,
     family_probabilities,
@@ -20,6 +21,7 @@ pytestmark = pytest.mark.unit
 
 TEAR = "body/strength_loss/infra"
 GAIN = "measurement/emg_gain/EMG_infra"
+REMOVED = HiddenGap(4.0, 1.0)
 
 
 def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: int = 1) -> dict:
@@ -58,7 +60,7 @@ def answer(p: dict[str, float], value: float = 0.5, present: bool = True, **more
 
 
 def case(
-    key_: dict, answer_: dict | None, folder: Path = Path("absent"), hidden: float | None = None
+    key_: dict, answer_: dict | None, folder: Path = Path("absent"), hidden: HiddenGap | None = None
 ) -> ScoredCase:
     return ScoredCase(folder, folder, key_, answer_, 10.0, hidden)
 
@@ -175,11 +177,14 @@ def test_pairs_need_both_members() -> None:
 
 
 def test_shrinkage_is_compared_with_the_truth_where_it_is_known() -> None:
-    scored = [case(key(TEAR), answer({TEAR: 0.9}), hidden=hidden) for hidden in (0.75, 0.5, None)]
+    # Root mean squares of 4 and 1.5 that a recording with a floor of 1 would show, and 4 and 2.5.
+    gaps = [HiddenGap(np.sqrt(15.0), np.sqrt(after**2 - 1.0)) for after in (1.5, 2.5)]
+    assert [gap.reducible for gap in gaps] == pytest.approx([5 / 6, 0.5])
+    scored = [case(key(TEAR), answer({TEAR: 0.9}), hidden=hidden) for hidden in (*gaps, None)]
     found = group_scores(scored)["shrinkage"]
     assert found["keeps"]["value"] == 1.0
     assert found["error"]["n"] == 2
-    assert found["error"]["median"] == pytest.approx(0.175)
+    assert found["error"]["median"] == pytest.approx((0.3 + 1 / 30) / 2, abs=1e-4)
     assert found["ci_coverage"]["value"] == 0.5
 
 
@@ -203,22 +208,32 @@ def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:
     assert wrong.true_candidate == right
     assert not wrong.right_single
     assert case(key(TEAR), None).true_candidate is None
-    found = group_scores([replace(wrong, oracle=0.6), replace(wrong, oracle=0.8)])["shrinkage"]
-    assert found["oracle_on_hidden_task"]["median"] == pytest.approx(0.7)
-    assert found["true_on_hidden_task"]["n"] == 0
+    found = group_scores([replace(wrong, oracle=REMOVED), replace(wrong, oracle=None)])["shrinkage"]
+    assert found["oracle_on_hidden_task"]["median"] == pytest.approx(REMOVED.reducible, abs=1e-4)
+    assert found["true_on_hidden_task"]["n"] == found["removed_without_noise"]["n"] == 0
+
+
+def test_a_gap_that_no_recording_would_show_has_no_reducible_share() -> None:
+    assert HiddenGap(0.1, 0.05).reducible is None
+    assert HiddenGap(0.1, 0.05).removed == pytest.approx(0.5)
+    found = group_scores(
+        [replace(case(key(TEAR), answer({TEAR: 0.9})), hidden=HiddenGap(0.1, 0.05))]
+    )
+    assert found["shrinkage"]["error"]["n"] == 0
+    assert found["shrinkage"]["removed_without_noise"]["median"] == pytest.approx(0.5)
 
 
 def test_singles_are_asked_for_what_they_remove_of_the_hidden_task() -> None:
     asked = []
 
-    def removed(one: ScoredCase, candidate: dict) -> float:
+    def removed(one: ScoredCase, candidate: dict) -> HiddenGap:
         asked.append(candidate["label"])
-        return 0.6
+        return REMOVED
 
     right = _with_hidden(case(key(TEAR), answer({TEAR: 0.9})), removed)
-    assert (right.hidden, right.oracle, asked) == (0.6, 0.6, [TEAR])
+    assert (right.hidden, right.oracle, asked) == (REMOVED, REMOVED, [TEAR])
     wrong = _with_hidden(case(key(TEAR), answer({GAIN: 0.8, TEAR: 0.1})), removed)
-    assert (wrong.hidden, wrong.oracle) == (None, 0.6)
+    assert (wrong.hidden, wrong.oracle) == (None, REMOVED)
     family_only = answer({f"{TEAR} + {GAIN}": 0.4, TEAR: 0.3, GAIN: 0.2}, present=False)
     assert _with_hidden(case(key(TEAR), family_only), removed).hidden is None
     asked.clear()

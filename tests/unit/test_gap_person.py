@@ -10,7 +10,7 @@ from scapulohumeral.gap.attribute import Hypothesis, fit, pair
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.person import person_change, person_factors
+from scapulohumeral.gap.person import freed_of_prior, person_change, person_factors
 
 pytestmark = pytest.mark.unit
 
@@ -47,7 +47,23 @@ def test_factors_are_those_of_the_person(truth):
     effect, factors, there = truth
     fitted = fit(effect, there, 0.3)
     [found] = person_factors(fitted, there, 0.3)
-    np.testing.assert_allclose(fitted.x[0] * found, factors, atol=0.2)
+    (x,), _ = freed_of_prior(fitted)
+    np.testing.assert_allclose(x * found, factors, atol=0.2)
+
+
+def test_a_prior_is_taken_out_of_what_the_data_know(truth):
+    """With weak data the estimate stays where the prior and they put it."""
+    effect, _, there = truth
+    plain = replace(there, delta=effect.predict(np.ones(1)))
+    for noise, known in ((400.0, True), (1e6, False)):
+        weak = replace(plain, covariance=noise * plain.covariance)
+        fitted = fit(effect, weak, 0.0)
+        x, variance = freed_of_prior(fitted)
+        if known:
+            np.testing.assert_allclose(x, 1.0, atol=1e-6)
+            assert variance > fitted.covariance[0, 0]
+        else:
+            np.testing.assert_array_equal(x, fitted.x)
 
 
 def test_factors_of_one_task_hold_for_another(truth):
@@ -75,6 +91,5 @@ def test_effects_on_the_record_have_no_factors(truth):
     assert factors.shape == (2, CHANNELS)
     assert np.all(factors[0] != 1.0)
     np.testing.assert_array_equal(factors[1], 1.0)
-    np.testing.assert_allclose(
-        person_change(both, there, there, 0.0), fit(both, there, 0.0).predicted, rtol=1e-9
-    )
+    x, _ = freed_of_prior(fit(both, there, 0.0))
+    np.testing.assert_allclose(person_change(both, there, there, 0.0), both.predict(x), rtol=1e-9)

@@ -26,7 +26,7 @@ from typing import Any
 
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.blind_scores import REGISTERED, ScoredCase, score_card
+from scapulohumeral.gap.blind_scores import REGISTERED, HiddenGap, ScoredCase, score_card
 from scapulohumeral.gap.run import ENTRY, RESULT, Request
 from scapulohumeral.gap.workers import side_by_side
 
@@ -34,7 +34,7 @@ SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "b
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
 # Share of the gap on the hidden task that a candidate of an answer removes; None: unknown.
-Shrinks = Callable[[ScoredCase, Mapping[str, Any]], float | None]
+Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
 DIAGNOSE = (sys.executable, "-m", ENTRY, "gap", "diagnose")
 
 
@@ -133,8 +133,8 @@ def score(
     files : cases, published hashes, answers
     keys : folder of keys and salts; every look at them is noted there
     out : ``scores.json``
-    shrinks : share of the noise-free gap on the hidden task that a candidate of an answer removes;
-        asked for singles. Without it shrinkage is not compared with a truth
+    shrinks : gap on the hidden task before and after a candidate of an answer; asked for singles.
+        Without it shrinkage is not compared with a truth
     jobs : processes that ask for it
 
     Raises

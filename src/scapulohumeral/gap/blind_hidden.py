@@ -18,7 +18,7 @@ import pandas as pd
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.blind import folder_request
-from scapulohumeral.gap.blind_scores import ScoredCase
+from scapulohumeral.gap.blind_scores import HiddenGap, ScoredCase
 from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
 from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
@@ -44,11 +44,10 @@ log = logging.getLogger(__name__)
 
 def hidden_shrinkage(
     scored: ScoredCase, candidate: Mapping[str, Any], config_file: Path, cache: Path
-) -> float | None:
-    """Share (G0 - G1) / G0 of the noise-free gap that a candidate with its parameters removes.
+) -> HiddenGap | None:
+    """Noise-free gap on the hidden task, before and after a candidate with its parameters.
 
-    G is the root mean square of the difference in units of what two recordings of one person
-    differ by, as the diagnosis found it.
+    What two recordings of one person differ by is taken as the diagnosis found it.
 
     Parameters
     ----------
@@ -58,7 +57,7 @@ def hidden_shrinkage(
 
     Returns
     -------
-    float | None                     None if the hidden movement cannot be solved
+    HiddenGap | None                 None if the hidden movement cannot be solved
 
     Raises
     ------
@@ -83,8 +82,7 @@ def hidden_shrinkage(
     except SolveError as error:
         log.warning("%s: hidden task: %s", scored.folder.name, error)
         return None
-    before, after = remaining(c, removed)
-    return (before - after) / before
+    return HiddenGap(*remaining(c, removed))
 
 
 def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:
@@ -132,8 +130,9 @@ def _compared(
         spread = (settings.model, records.channels)
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
-    # As exact as the mean of the visible trials of one task.
-    repeats = noise.covariance * len(records.test) / len(case.test)
+    # As exact as the difference between means of the visible trials of one task.
+    sides = [trials for trials in (case.test, case.reference) if trials]
+    repeats = noise.covariance * sum(len(records.test) / len(trials) for trials in sides)
     comparison = Comparison(
         delta=compress([difference(test, base)], functions),
         covariance=total_covariance(repeats, [response], functions, spread, session_share),

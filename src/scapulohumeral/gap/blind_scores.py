@@ -19,6 +19,7 @@ import numpy as np
 
 from scapulohumeral.gap.blind_baselines import baseline_families, control_shares
 from scapulohumeral.gap.result import JOIN, NO_GAP, NONE
+from scapulohumeral.gap.shrinkage import reducible_share
 
 Z95 = 1.959964
 CALIBRATION_BINS = 5
@@ -36,13 +37,35 @@ REGISTERED = {
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
     "an effect that hardly shows is also covered by no_gap",
     "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label",
-    "shrinkage": "new_task of singles whose family is right, against the share of the noise-free "
-    "gap on the hidden task that the same parameters remove",
+    "shrinkage": "new_task of singles whose family is right, against the share of the reducible "
+    "gap on the hidden task that the same parameters and factors remove: noise-free root mean "
+    "squares, the floor added to both in quadrature, as a recording would have it, then subtracted",
     "calibration_bins": CALIBRATION_BINS,
     "false_rejection": FALSE_REJECTION,
     "kept_share": KEPT_SHARE,
     "region_sigma": REGION_SIGMA,
 }
+
+
+@dataclass(frozen=True)
+class HiddenGap:
+    """Gap on the hidden task before and after an answer, free of noise.
+
+    Root mean squares in units of what two recordings of one person differ by without a cause.
+    """
+
+    before: float
+    after: float
+
+    @property
+    def removed(self) -> float:
+        """Share of the gap itself that is removed."""
+        return 1.0 - self.after / self.before
+
+    @property
+    def reducible(self) -> float | None:
+        """Share of what a recording would show above the floor, as diagnoses claim it."""
+        return reducible_share(math.hypot(self.before, 1.0), math.hypot(self.after, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +77,8 @@ class ScoredCase:
     folder : trials; answer_folder : what the diagnosis wrote
     key : truth; answer : ``result.json``, None if there is none
     seconds : time of the diagnosis
-    hidden : share of the noise-free gap on the hidden task that the answer removes, if known
-    oracle : the same of the injected effect with the parameters that the diagnosis fitted
+    hidden : gap on the hidden task with the answer, if known
+    oracle : the same with the injected effect and the parameters that the diagnosis fitted
     """
 
     folder: Path
@@ -63,8 +86,8 @@ class ScoredCase:
     key: Mapping[str, Any]
     answer: Mapping[str, Any] | None
     seconds: float
-    hidden: float | None = None
-    oracle: float | None = None
+    hidden: HiddenGap | None = None
+    oracle: HiddenGap | None = None
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -336,18 +359,21 @@ def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     errors, covered = [], []
     for case in right:
         value = claimed[id(case)]
-        if case.hidden is None or value is None or case.verdict is None:
+        truth = None if case.hidden is None else case.hidden.reducible
+        if truth is None or value is None or case.verdict is None:
             continue
-        errors.append(abs(value - case.hidden))
+        errors.append(abs(value - truth))
         interval = case.verdict["shrinkage"]["new_task"]["ci95"]
         if interval is not None:
-            covered.append(interval[0] <= case.hidden <= interval[1])
+            covered.append(interval[0] <= truth <= interval[1])
     return {
         "new_task": _spread(values),
         "keeps": rate([value >= KEPT_SHARE for value in values]),
-        "true_on_hidden_task": _spread([case.hidden for case in right]),
+        "true_on_hidden_task": _spread([_reducible(case.hidden) for case in right]),
         # What the injected effect would remove, whatever was answered.
-        "oracle_on_hidden_task": _spread([case.oracle for case in single]),
+        "oracle_on_hidden_task": _spread([_reducible(case.oracle) for case in single]),
+        # Of the gap itself, without a floor.
+        "removed_without_noise": _spread([case.hidden.removed for case in right if case.hidden]),
         "held_out_trial": _spread([_claimed(case, "held_out_trial") for case in right]),
         "black_box_on_held_out_trial": _spread([box for box, _ in controls]),
         "best_placebo_on_held_out_trial": _spread([placebo for _, placebo in controls]),
@@ -362,6 +388,10 @@ def _claimed(case: ScoredCase, split: str) -> float | None:
     if shrinkage is None or shrinkage.get(split) is None:
         return None
     return float(shrinkage[split]["value"])
+
+
+def _reducible(gap: HiddenGap | None) -> float | None:
+    return None if gap is None else gap.reducible
 
 
 def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:

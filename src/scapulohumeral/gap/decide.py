@@ -16,6 +16,7 @@ from scipy.stats import norm
 from scapulohumeral.gap.attribute import Fit, distance
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.person import freed_of_prior
 from scapulohumeral.gap.result import (
     JOIN,
     NO_GAP,
@@ -35,9 +36,6 @@ POWER = 0.8
 NEGLIGIBLE = 0.01
 COMPARED = 10
 AT_BOUND = 1e-6
-# Where a parameter's variance is a smaller share than this of its prior variance, its estimate is
-# freed of the prior, by a factor of 1.5 at most.
-TAKEN_OUT = 1.0 / 3.0
 # Effects and places that a hint names.
 PLACES = 2
 # Prior share of two effects at once, over all pairs: less than there are, because in opened blind
@@ -194,17 +192,13 @@ def conformal_set(found: Posterior) -> tuple[str, ...]:
 def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
     """Parameters with 95 % intervals, in their units, as the data alone have them.
 
-    The prior of a parameter, which decides how much evidence a cause has, pulls its estimate toward
-    zero. It is taken out again wherever the data say at least twice as much as it does. Intervals
-    are tempered like probabilities: a likelihood to the power of 1 / temperature is wider by its
-    square root.
+    Intervals are tempered like probabilities: a likelihood to the power of 1 / temperature is wider
+    by its square root.
     """
     params = [p for effect in fitted.hypothesis.effects for p in effect.params]
     low, high = fitted.hypothesis.bounds
-    variance, prior = np.diag(fitted.covariance), fitted.hypothesis.prior_sd**2
-    stretch = prior / (prior - np.where(variance < TAKEN_OUT * prior, variance, 0.0))
-    values = np.clip(stretch * fitted.x, low, high)
-    halves = 1.96 * np.sqrt(temperature * stretch * variance)
+    values, variance = freed_of_prior(fitted)
+    halves = 1.96 * np.sqrt(temperature * variance)
     rows = []
     for i, param in enumerate(params):
         x = float(values[i])

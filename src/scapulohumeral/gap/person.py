@@ -1,4 +1,4 @@
-"""How much of an effect this person shows in each channel.
+"""How large an effect is in this person, and how much of it shows in each channel.
 
 The model predicts in which channels an effect shows, and with which curve, better than how much:
 that depends on how a person shares out a load. What the explained trials say of it holds for other
@@ -14,9 +14,26 @@ import numpy as np
 from scapulohumeral.gap.attribute import PERSON_FACTOR, Fit, Hypothesis, SignatureError, fit
 from scapulohumeral.gap.floor import Comparison
 
+# Where a parameter's variance is a smaller share than this of its prior variance, its estimate is
+# freed of the prior, by a factor of 1.5 at most.
+TAKEN_OUT = 1.0 / 3.0
+
+
+def freed_of_prior(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Internal parameters (P,) inside their bounds as the data alone have them, and variances (P,).
+
+    The prior of a parameter, which decides how much evidence a cause has, pulls its estimate toward
+    zero. It is taken out again wherever the data say at least twice as much as it does.
+    """
+    variance, prior = np.diag(fitted.covariance), fitted.hypothesis.prior_sd**2
+    stretch = prior / (prior - np.where(variance < TAKEN_OUT * prior, variance, 0.0))
+    return np.clip(stretch * fitted.x, *fitted.hypothesis.bounds), stretch * variance
+
 
 def person_factors(fitted: Fit, comparison: Comparison, relative_error: float) -> np.ndarray:
     """Factors (E, K) on the change that each effect makes in each channel, the most probable ones.
+
+    They belong to the parameters that are freed of their prior.
 
     They are not negative, and one for effects on the record, which no muscle has to act for.
 
@@ -26,7 +43,7 @@ def person_factors(fitted: Fit, comparison: Comparison, relative_error: float) -
     comparison : differences of one or more tasks
     relative_error : of predicted changes
     """
-    hypothesis, x = fitted.hypothesis, fitted.x
+    hypothesis, (x, _) = fitted.hypothesis, freed_of_prior(fitted)
     error = hypothesis.error(x, comparison, relative_error)
     changes = hypothesis.changes(x)
     left = comparison.delta - changes.sum(axis=1)
@@ -64,7 +81,8 @@ def person_change(
     rows = whole.rows(training.tasks)
     fitted = fit(hypothesis.part(rows), training, relative_error)
     factors = person_factors(fitted, training, relative_error)
-    changes = hypothesis.changes(fitted.x).T
+    x, _ = freed_of_prior(fitted)
+    changes = hypothesis.changes(x).T
     return sum(
         (whole.scaled(change, own) for change, own in zip(changes, factors, strict=True)),
         start=np.zeros_like(whole.delta),

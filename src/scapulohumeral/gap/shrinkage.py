@@ -147,6 +147,18 @@ def _held_out(
     return parts
 
 
+def reducible_share(before: float, after: float) -> float | None:
+    """Share of the gap above the floor that is removed; None if there is nothing to reduce.
+
+    Parameters
+    ----------
+    before, after : root mean squares of what is recorded, in units of the floor
+    """
+    if before < 1.0 + REDUCIBLE:
+        return None
+    return (before - max(after, 1.0)) / (before - 1.0)
+
+
 def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
     """Root mean square before and after, over what differs without a cause."""
     scale = np.sqrt(np.diag(part.covariance))
@@ -173,9 +185,7 @@ def _share(parts: Sequence[tuple[Comparison, np.ndarray]], seed: int) -> Share |
 
 def _ratio(pairs: np.ndarray) -> float | None:
     before, after = np.sqrt(np.mean(pairs**2, axis=0))
-    if before < 1.0 + REDUCIBLE:
-        return None
-    return float((before - max(after, 1.0)) / (before - 1.0))
+    return reducible_share(float(before), float(after))
 
 
 def _groups(split: str, parts: Sequence[tuple[Comparison, np.ndarray]]) -> list[GroupShrinkage]:

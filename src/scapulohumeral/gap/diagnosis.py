@@ -73,6 +73,8 @@ __all__ = ["diagnose", "read_settings"]
 log = logging.getLogger(__name__)
 
 MVC = "fraction_of_mvc"
+# Effect-free plants wish for recorded scapulae: a bank of predictions from them would hold the very
+# gap between recorded and predicted ones that is to be diagnosed.
 NO_BANK_OF_PREDICTIONS = (
     "compared with scapula and clavicle predicted from the humerus: the null bank holds tracked "
     "movements only, so thresholds come from the noise alone"

@@ -164,6 +164,9 @@ def test_the_right_cause_removes_more_than_random_forces_do():
     by_chance = sorted(shares[f"placebo {i}"] for i in (1, 2, 3))
     assert by_chance[1] < 0.5 * kept
     assert by_chance[2] < 0.75 * kept
+    new = answer.shrinkage.new_task
+    assert new.ci95[0] <= new.value <= new.ci95[1]
+    assert new.ci95[0] < new.ci95[1]
     exact = diagnose(case(effect=RIGHT), None, replace(SETTINGS, signature_error=0.0))
     shares = dict(exact.curves["controls"].itertuples(index=False))
     kept = exact.shrinkage.held_out_trial.value

@@ -10,7 +10,12 @@ from scapulohumeral.gap.attribute import Hypothesis, fit, pair
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.person import freed_of_prior, person_change, person_factors
+from scapulohumeral.gap.person import (
+    expected_left,
+    freed_of_prior,
+    person_change,
+    person_factors,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -93,3 +98,29 @@ def test_effects_on_the_record_have_no_factors(truth):
     np.testing.assert_array_equal(factors[1], 1.0)
     x, _ = freed_of_prior(fit(both, there, 0.0))
     np.testing.assert_allclose(person_change(both, there, there, 0.0), both.predict(x), rtol=1e-9)
+
+
+def test_what_is_left_of_another_task_is_as_large_as_expected():
+    """Differences are drawn with the errors that predictions are assumed to have."""
+    effect, rng = hypothesis(DAMPING, 1), np.random.default_rng(4)
+    plain = comparison(effect.predict(np.ones(1)))
+    error = effect.error(np.ones(1), plain, 0.3)
+    factor = np.linalg.cholesky(np.linalg.inv(error.solve(np.eye(SIZE))))
+    trained, rest = plain.rows(["a"]), plain.rows(["b"])
+    squares, alone = [], []
+    for _ in range(40):
+        there = replace(plain, delta=plain.delta + factor @ rng.normal(size=SIZE))
+        covariance = expected_left(effect, there.part(["a"]), there, 0.3)
+        left = there.delta - person_change(effect, there.part(["a"]), there, 0.3)
+        squares.append(left[rest] @ np.linalg.solve(covariance, left[rest]) / len(rest))
+        alone.append(np.trace(covariance) / np.trace((factor @ factor.T)[np.ix_(rest, rest)]))
+    assert len(trained) == len(rest)
+    assert np.median(squares) == pytest.approx(1.0, abs=0.3)
+    assert np.median(alone) < 0.8  # the other task has told a part of the person's factors
+
+
+def test_only_noise_is_left_by_an_exact_prediction(truth):
+    effect, _, there = truth
+    covariance = expected_left(effect, there.part(["a"]), there, 0.0)
+    assert np.diag(covariance).min() >= 1.0 - 1e-9
+    assert np.diag(covariance).mean() == pytest.approx(1.0, abs=0.05)

@@ -87,3 +87,21 @@ def person_change(
         (whole.scaled(change, own) for change, own in zip(changes, factors, strict=True)),
         start=np.zeros_like(whole.delta),
     )
+
+
+def expected_left(
+    hypothesis: Hypothesis, training: Comparison, whole: Comparison, relative_error: float
+) -> np.ndarray:
+    """Covariance of what :func:`person_change` leaves of tasks not trained on, noise included.
+
+    As far as errors of the prediction are alike in all tasks, the trained ones have told them.
+    """
+    trained = whole.rows(training.tasks)
+    rest = np.setdiff1d(np.arange(len(whole.delta)), trained)
+    fitted = fit(hypothesis.part(trained), training, relative_error)
+    x, _ = freed_of_prior(fitted)
+    white = whole.whiten(np.eye(len(whole.delta))[:, rest])
+    # The inverse of a block of a precision matrix is a covariance with all else known.
+    precision = white.T @ hypothesis.error(x, whole, relative_error).solve(white)
+    slope = hypothesis.slope[rest]
+    return np.linalg.inv(precision) + slope @ fitted.covariance @ slope.T

@@ -21,7 +21,7 @@ from scapulohumeral.gap.attribute import Fit, SignatureError, change_error
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.locate import Disturbances, most_probable
 from scapulohumeral.gap.observe import channel_kind, channel_unit
-from scapulohumeral.gap.person import channel_factors, person_change
+from scapulohumeral.gap.person import channel_factors, expected_left, person_change
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
 FEWEST_FOR_INTERVAL = 4
@@ -48,6 +48,8 @@ def shrinkage(
 ) -> Shrinkage:
     """Shares of the reducible gap that an effect removes, from least to most demanding.
 
+    Intervals are those of the mean over trials or tasks; on a new task that of one more task.
+
     Parameters
     ----------
     chosen : effect, fitted to everything
@@ -63,14 +65,19 @@ def shrinkage(
 
     fitted = change(comparison)
     splits: dict[str, list[tuple[Comparison, np.ndarray]]] = {"in_sample": [], "new_task": []}
+    left = []
     for task in comparison.tasks:
         part, rows = comparison.part([task]), comparison.rows([task])
         splits["in_sample"].append((part, fitted[rows]))
         others = [other for other in comparison.tasks if other != task]
         if others:
-            splits["new_task"].append((part, change(comparison.part(others))[rows]))
+            training = comparison.part(others)
+            splits["new_task"].append((part, change(training)[rows]))
+            left.append(expected_left(hypothesis, training, comparison, relative_error))
     splits["held_out_trial"] = _held_out(change, comparison, trials)
     shares = {name: _share(parts, seed) for name, parts in splits.items()}
+    if shares["new_task"] is not None:
+        shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, seed)
     groups = [
         group
         for name, parts in splits.items()
@@ -181,6 +188,34 @@ def _share(parts: Sequence[tuple[Comparison, np.ndarray]], seed: int) -> Share |
     values = [ratio for pick in picks if (ratio := _ratio(pairs[pick])) is not None]
     low, high = np.quantile(values, [0.025, 0.975]) if values else (value, value)
     return Share(value, (float(low), float(high)), len(pairs))
+
+
+def _expected(
+    share: Share,
+    parts: Sequence[tuple[Comparison, np.ndarray]],
+    left: Sequence[np.ndarray],
+    seed: int,
+) -> Share:
+    """The share with an interval in which that of one more task is expected, and itself.
+
+    Few tasks say little of how different tasks can be; the errors that predictions are assumed to
+    have say more.
+
+    Parameters
+    ----------
+    parts : each task with its predicted change (D,)
+    left : covariance (D, D) of what is expected to remain of each
+    """
+    rng = np.random.default_rng(seed)
+    values = [share.value]
+    for (part, predicted), covariance in zip(parts, left, strict=True):
+        for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
+            pair = remaining(replace(part, delta=predicted + rest), predicted)
+            ratio = reducible_share(*pair)
+            values += [] if ratio is None else [ratio]
+    low, high = np.quantile(values, [0.025, 0.975])
+    ends = min(float(low), share.value), max(float(high), share.value)
+    return replace(share, ci95=ends)
 
 
 def _ratio(pairs: np.ndarray) -> float | None:

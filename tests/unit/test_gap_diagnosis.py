@@ -14,11 +14,11 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import blind_hidden, decide, evidence, rivals
 from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
-from scapulohumeral.gap.diagnosis import diagnose
+from scapulohumeral.gap.diagnosis import _remarks_on_shrinkage, diagnose
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.library import EMG_FAMILIES, library
 from scapulohumeral.gap.observe import channel_names, difference, phase_functions
-from scapulohumeral.gap.result import to_json
+from scapulohumeral.gap.result import Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures import (
     DOF,
     SMOOTH,
@@ -167,11 +167,28 @@ def test_the_right_cause_removes_more_than_random_forces_do():
     new = answer.shrinkage.new_task
     assert new.ci95[0] <= new.value <= new.ci95[1]
     assert new.ci95[0] < new.ci95[1]
+    assert new.n_trials == answer.shrinkage.held_out_trial.n_trials == len(answer.inputs.test)
     exact = diagnose(case(effect=RIGHT), None, replace(SETTINGS, signature_error=0.0))
     shares = dict(exact.curves["controls"].itertuples(index=False))
     kept = exact.shrinkage.held_out_trial.value
     assert all(shares[f"placebo {i}"] < 0.5 * kept for i in (1, 2, 3))
     assert "controls" not in diagnosed().curves
+
+
+@pytest.mark.parametrize(
+    ("in_sample", "new_task", "words"),
+    [
+        (0.9, 0.4, ["much less is removed on a new task"]),
+        (0.9, 0.8, []),
+        (0.9, None, []),
+        (None, None, ["nothing to remove"]),
+    ],
+)
+def test_what_a_shrinkage_does_not_show_is_said(in_sample, new_task, words):
+    shares = [None if v is None else Share(v, (0.0, 1.0), 6) for v in (in_sample, None, new_task)]
+    remarks = _remarks_on_shrinkage(Shrinkage(*shares, ()))
+    assert len(remarks) == len(words)
+    assert all(word in remark for word, remark in zip(words, remarks, strict=True))
 
 
 def failing(*tasks):

@@ -12,7 +12,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.curves import TABLES, check_curves, read_table, write_curves
 from scapulohumeral.gap.figures import figures
 from scapulohumeral.gap.report import render_report, verdict
-from scapulohumeral.gap.result import Diagnosis, Regions, read_result, schema, to_json
+from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
 
 pytestmark = pytest.mark.unit
 
@@ -138,6 +138,11 @@ def test_verdicts_without_a_cause():
     abstained = replace(done, status="abstained", status_reason="refits change branch")
     assert "refits change branch" in verdict(abstained)["Cause"]
     assert "no convergence" in verdict(failed())["Gap"]
+
+
+def test_a_gap_in_single_channels_only_leaves_nothing_to_remove():
+    done = replace(diagnosis(), shrinkage=Shrinkage(None, None, None, ()))
+    assert "nothing to remove" in verdict(done)["How far"]
 
 
 def all_tables() -> dict[str, pd.DataFrame]:

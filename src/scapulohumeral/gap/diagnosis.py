@@ -81,6 +81,8 @@ NO_BANK_OF_PREDICTIONS = (
 )
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
+# Share of the gap that may be lost on a new task without a remark.
+OVERFITTED = 0.3
 # Effects among which variants choose.
 RIVALS = 15
 
@@ -251,9 +253,26 @@ def _remarks(records: Records, spread_thinly: bool, cost: Shrinkage | None) -> l
         )
     if not records.reference:
         remarks.append("no reference trials: errors of the model itself lower all confidence")
-    shares = (cost.in_sample, cost.held_out_trial, cost.new_task) if cost else ()
+    if cost is not None:
+        remarks += _remarks_on_shrinkage(cost)
+    return remarks
+
+
+def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
+    shares = (cost.in_sample, cost.held_out_trial, cost.new_task)
+    remarks = []
     if any(share and share.ci95 is None for share in shares):
         remarks.append("shrinkage: fewer than four parts, so some shares have no interval")
+    if cost.in_sample is None:
+        remarks.append(
+            "shrinkage: over all channels together the gap hardly exceeds the floor, so there is "
+            "nothing to remove"
+        )
+    elif cost.new_task is not None and cost.in_sample.value - cost.new_task.value > OVERFITTED:
+        remarks.append(
+            "shrinkage: much less is removed on a new task than on the tasks fitted to; the cause "
+            "may be wrong or fitted to noise"
+        )
     return remarks
 
 

@@ -75,7 +75,8 @@ def shrinkage(
             splits["new_task"].append((part, change(training)[rows]))
             left.append(expected_left(hypothesis, training, comparison, relative_error))
     splits["held_out_trial"] = _held_out(change, comparison, trials)
-    shares = {name: _share(parts, seed) for name, parts in splits.items()}
+    counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
+    shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
     if shares["new_task"] is not None:
         shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, seed)
     groups = [
@@ -117,7 +118,7 @@ def controls(
     for i, change in enumerate(placebos):
         predict = partial(_scaled, change=change, relative_error=relative_error)
         found[f"placebo {i + 1}"] = _held_out(predict, comparison, trials)
-    shares = {name: _share(parts, seed) for name, parts in found.items()}
+    shares = {name: _share(parts, len(parts), seed) for name, parts in found.items()}
     return [(name, share.value) for name, share in shares.items() if share is not None]
 
 
@@ -173,8 +174,11 @@ def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
     return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
 
 
-def _share(parts: Sequence[tuple[Comparison, np.ndarray]], seed: int) -> Share | None:
-    """Share over all parts with a bootstrap interval; None if there is nothing to reduce."""
+def _share(parts: Sequence[tuple[Comparison, np.ndarray]], trials: int, seed: int) -> Share | None:
+    """Share over all parts with a bootstrap interval; None if there is nothing to reduce.
+
+    `trials` is how many trials are behind all parts.
+    """
     if not parts:
         return None
     pairs = np.array([remaining(part, predicted) for part, predicted in parts])
@@ -182,12 +186,12 @@ def _share(parts: Sequence[tuple[Comparison, np.ndarray]], seed: int) -> Share |
     if value is None:
         return None
     if len(pairs) < FEWEST_FOR_INTERVAL:
-        return Share(value, None, len(pairs))
+        return Share(value, None, trials)
     rng = np.random.default_rng(seed)
     picks = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
     values = [ratio for pick in picks if (ratio := _ratio(pairs[pick])) is not None]
     low, high = np.quantile(values, [0.025, 0.975]) if values else (value, value)
-    return Share(value, (float(low), float(high)), len(pairs))
+    return Share(value, (float(low), float(high)), trials)
 
 
 def _expected(

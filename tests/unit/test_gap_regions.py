@@ -9,8 +9,10 @@ from gap_movement import CHANNELS, NODES
 
 from scapulohumeral.gap.decide import PAIRS, _level, pair_priors
 from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.locate import POINTWISE_SIGMA, Shows, shown_regions
+from scapulohumeral.gap.locate import DOF_NAMES, Disturbances, Shows
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.regions import POINTWISE_SIGMA, entered_regions, shown_regions
+from scapulohumeral.gap.signatures import SMOOTH
 
 pytestmark = pytest.mark.unit
 
@@ -36,6 +38,50 @@ def test_regions_above_the_threshold_of_the_map_are_certain():
     assert region.channel == "AC_rx"
     assert region.p_value == pytest.approx(1 / 101)
     assert region.share == 1.0
+
+
+def test_a_region_extends_as_far_as_its_points_would_stand_out_alone():
+    """From a tip above the threshold of the map; a run without such a tip is none."""
+    wide = found(5.0)
+    wide.sigma[-6:-1, 3] = 2.5
+    wide.sigma[:4, 3] = -3.0
+    wide.sigma[:, 5] = 3.0
+    [region] = shown_regions(wide, comparison(), [])
+    assert region.phase_percent == (100.0 * (NODES - 6) / (NODES - 1), 100.0)
+    assert (region.channel, region.peak_percent, region.sign) == ("AC_rx", 100.0, 1)
+    wide.sigma[:4, 3] = -4.5
+    first, second = shown_regions(wide, comparison(), [])
+    assert {first.channel, second.channel} == {"AC_rx"}
+    assert (first.sign, second.sign) == (-1, 1)
+    assert first.share > second.share
+
+
+def test_regions_that_both_halves_of_the_trials_have_are_repeated():
+    there = comparison()
+    seen, unseen = (there.compress([0.5 * sign * found(60.0).sigma]) for sign in (1.0, -1.0))
+    assert shown_regions(found(5.0), there, [seen, seen])[0].repeated
+    assert not shown_regions(found(5.0), there, [seen, unseen])[0].repeated
+    assert not shown_regions(found(5.0), there, [])[0].repeated
+
+
+def test_forces_enter_where_they_explain_the_difference():
+    """A force changes one channel by its own shape; only that one is found, if it repeats."""
+    there = comparison()
+    shapes = phase_functions(NODES, SMOOTH) * np.sqrt(NODES)
+    columns = []
+    for i in range(len(DOF_NAMES)):
+        curves = np.zeros((SMOOTH, NODES, len(NAMES)))
+        curves[:, :, i] = shapes.T
+        columns.append(there.compress([curves]))
+    names = tuple(("dof", name) for name in DOF_NAMES)
+    boxes = Disturbances(np.hstack(columns), names, (shapes,) * len(names))
+    delta = boxes.columns[:, 2 * SMOOTH] * 10.0
+    for halves, repeated in (([delta, delta], True), ([2.0 * delta, 0.0 * delta], False)):
+        regions, rows = entered_regions(replace(there, delta=delta), boxes, halves, 0.05, 1)
+        assert [region.name for region in regions] == [DOF_NAMES[2]]
+        assert regions[0].effect == pytest.approx(10.0, rel=0.1)
+        assert regions[0].repeated is repeated
+        assert len(rows) == len(names)
 
 
 def test_a_thin_gap_has_regions_that_say_how_uncertain_they_are():

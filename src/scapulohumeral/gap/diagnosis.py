@@ -31,16 +31,10 @@ from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
 from scapulohumeral.gap.evidence import Evidence, Records, gather, read_records
 from scapulohumeral.gap.library import untestable
-from scapulohumeral.gap.locate import (
-    Presence,
-    Shows,
-    entered_regions,
-    no_cost,
-    presence,
-    shown_regions,
-    shows,
-)
+from scapulohumeral.gap.locate import Presence, Shows, presence, shows
+from scapulohumeral.gap.no_cost import no_cost
 from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.regions import entered_regions, shown_regions
 from scapulohumeral.gap.result import (
     NO_GAP,
     NONE,
@@ -307,7 +301,6 @@ def _regions(
 ) -> tuple:
     """Both maps, and the rows of the curves of the second; regions only if there is a gap."""
     c = evidence.comparison
-    enters, rows = entered_regions(c, evidence.boxes, evidence.settings.alpha, case.seed)
     halves = []
     for part in (0, 1):
         chosen = [
@@ -316,9 +309,11 @@ def _regions(
         ]
         if all(chosen):
             halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
+    halves = halves if len(halves) == 2 else []
+    enters, rows = entered_regions(c, evidence.boxes, halves, evidence.settings.alpha, case.seed)
     if not present:
         return (), (), rows
-    return shown_regions(found, c, halves if len(halves) == 2 else []), enters, rows
+    return shown_regions(found, c, halves), enters, rows
 
 
 def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records) -> Gap:

@@ -1,9 +1,9 @@
-"""Where a gap shows and where it enters.
+"""Whether there is a gap, and the maps of where it shows and of what may enter.
 
-*Shows*: the difference over its standard error, channel by channel. *Enters*: the smooth
-generalised forces and EMG errors that would explain the difference best (a Gaussian process through
-the optimal control problem), because optimal control spreads what happens at one joint over many
-muscles. Both maps are judged by their largest value over the whole map (family-wise error).
+*Shows*: the difference over its standard error, channel by channel, judged by the largest value
+over the whole map (family-wise error). *Enters*: smooth generalised forces and EMG errors that
+would explain the difference (a Gaussian process through the optimal control problem), because
+optimal control spreads what happens at one joint over many muscles.
 
 Letters: T tasks, N nodes, K channels, D coefficients, S disturbances.
 """
@@ -11,30 +11,19 @@ Letters: T tasks, N nodes, K channels, D coefficients, S disturbances.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.optimize import linprog
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.attribute import BLACK_BOX_SIZES, black_box_evidence
 from scapulohumeral.gap.floor import Comparison, compress, draws
-from scapulohumeral.gap.observe import channel_kind, channel_unit, phase_functions
-from scapulohumeral.gap.result import Entered, NoCost, Shown
-from scapulohumeral.gap.signatures import SMOOTH, Recorder, Response
+from scapulohumeral.gap.observe import channel_kind, phase_functions
+from scapulohumeral.gap.signatures import SMOOTH, Response
 
 DRAWS = 2000
 DOF_NAMES = (*(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"), "EL_rx")
-# Agreement of a half of the trials with the whole: one-sided 5 %.
-REPEATED_SIGMA = 1.64
-# Two-sided 5 % of a single point.
-POINTWISE_SIGMA = 1.96
-# The no-cost test allows EMG this error, and this factor to either side for its gain.
-EMG_ERROR, EMG_GAIN = 0.05, 1.6
-# Generalised force below which a frame counts as balanced [N m].
-BALANCED_NM = 0.5
-FRAMES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +98,9 @@ def shows(comparison: Comparison, alpha: float, inflation: float, seed: int) -> 
     inflation : factor on the simulated threshold, from effect-free cases
     seed : of the simulation
     """
-    sigma, largest = _z(comparison, comparison.delta)
+    sigma, largest = z_values(comparison, comparison.delta)
     null = inflation * np.array(
-        [_z(comparison, one)[1] for one in draws(comparison, DRAWS, seed).T]
+        [z_values(comparison, one)[1] for one in draws(comparison, DRAWS, seed).T]
     )
     return Shows(
         sigma=sigma,
@@ -171,52 +160,11 @@ def effect_shaped(
     return float(largest[0]), largest[1:]
 
 
-def _z(comparison: Comparison, vector: np.ndarray) -> tuple[np.ndarray, float]:
+def z_values(comparison: Comparison, vector: np.ndarray) -> tuple[np.ndarray, float]:
     """z values over all tasks (N, K), and the largest of these and of single tasks."""
     z = comparison.curves(vector) / comparison.spread
     joint = z.sum(axis=0) / np.sqrt(len(z))
     return joint, float(max(np.abs(z).max(), np.abs(joint).max()))
-
-
-def shown_regions(
-    found: Shows, comparison: Comparison, halves: Sequence[np.ndarray]
-) -> tuple[Shown, ...]:
-    """Phases in which channels exceed the threshold, the largest of each channel.
-
-    A gap that is spread thinly may exceed it nowhere; then regions are those that would count if
-    each point were the only one, and their p values say that they are less certain.
-
-    Parameters
-    ----------
-    found, comparison : map and difference
-    halves : (D,) differences of two halves of the test trials; empty with one trial
-    """
-    split = [_z(comparison, half)[0] / np.sqrt(2.0) for half in halves]
-    threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
-    regions = []
-    for k, channel in enumerate(comparison.channels):
-        span = _largest_span(found.sigma[:, k], threshold)
-        if span is None:
-            continue
-        low, high = span
-        peak = low + int(np.argmax(np.abs(found.sigma[low : high + 1, k])))
-        sign = int(np.sign(found.sigma[peak, k]))
-        regions.append(
-            Shown(
-                channel=channel,
-                phase_percent=_percent(span, len(found.sigma)),
-                peak_percent=100.0 * peak / (len(found.sigma) - 1),
-                sign=sign,
-                effect_sigma=float(found.sigma[peak, k]),
-                effect=float(found.effect[peak, k]),
-                unit=channel_unit(channel),
-                p_value=found.family_wise_p(found.sigma[peak, k]),
-                share=float(np.sum(found.sigma[low : high + 1, k] ** 2)),
-                repeated=len(split) == 2
-                and all(sign * half[low : high + 1, k].mean() > REPEATED_SIGMA for half in split),
-            )
-        )
-    return _shared(regions)
 
 
 def disturbances(
@@ -256,113 +204,3 @@ def most_probable(comparison: Comparison, columns: np.ndarray) -> np.ndarray:
     white = comparison.whiten(size * columns)
     inner = np.eye(white.shape[1]) + white.T @ white
     return size * np.linalg.solve(inner, white.T)
-
-
-def entered_regions(
-    comparison: Comparison, boxes: Disturbances, alpha: float, seed: int
-) -> tuple[tuple[Entered, ...], list[tuple[str, str, np.ndarray, float, str]]]:
-    """Generalised forces and EMG errors that explain the difference, and the map behind them.
-
-    Returns
-    -------
-    regions
-    rows : kind, name, curve (N,) [N m or fraction of MVC], threshold on it, unit
-    """
-    gain = most_probable(comparison, boxes.columns)
-    estimate = gain @ comparison.whiten(comparison.delta)
-    without = gain @ np.random.default_rng(seed).normal(size=(len(comparison.delta), DRAWS))
-    curves = _mean_curves(estimate[:, None], boxes, len(comparison.tasks))[..., 0]
-    null = _mean_curves(without, boxes, len(comparison.tasks))
-    spread = null.std(axis=2)
-    largest = np.max(np.abs(null) / spread[..., None], axis=(0, 1))
-    threshold = float(np.quantile(largest, 1.0 - alpha))
-    regions, rows = [], []
-    for i, (kind, name) in enumerate(boxes.names):
-        unit = "N m" if kind == "dof" else "fraction_of_mvc"
-        sigma = curves[i] / spread[i]
-        rows.append((kind, name, curves[i], threshold * float(spread[i].mean()), unit))
-        span = _largest_span(sigma, threshold)
-        if span is None:
-            continue
-        low, high = span
-        peak = low + int(np.argmax(np.abs(sigma[low : high + 1])))
-        regions.append(
-            Entered(
-                kind=kind,
-                name=name,
-                phase_percent=_percent(span, len(sigma)),
-                effect=float(curves[i][peak]),
-                unit=unit,
-                p_value=float((1 + np.sum(largest >= np.abs(sigma[peak]))) / (1 + DRAWS)),
-                share=float(np.sum(sigma[low : high + 1] ** 2)),
-                repeated=len(comparison.tasks) > 1,
-            )
-        )
-    return _shared(regions), rows
-
-
-def _mean_curves(values: np.ndarray, boxes: Disturbances, tasks: int) -> np.ndarray:
-    """Curves (names, N, draws) of disturbances (S, draws), averaged over tasks."""
-    mean = values.reshape(tasks, len(boxes.names), SMOOTH, -1).mean(axis=0)
-    return np.stack([shape @ part for shape, part in zip(boxes.shapes, mean, strict=True)])
-
-
-def no_cost(
-    responses: Sequence[Response], recorded: Sequence[np.ndarray], recorder: Recorder
-) -> NoCost:
-    """Whether any activations in [0, 1], whatever their cost, balance the motion and show this EMG.
-
-    Parameters
-    ----------
-    responses : nominal solutions
-    recorded : (N, C) mean EMG of the test trials of each task
-    recorder : electrodes
-    """
-    if not recorder.channels:
-        return NoCost(False, None)
-    infeasible = []
-    for response, emg in zip(responses, recorded, strict=True):
-        middle = 0.5 * (emg[1:] + emg[:-1])
-        for i in np.unique(np.linspace(0, len(middle) - 1, FRAMES).astype(int)):
-            missing = _missing(response.levers[i], response.needed[i], recorder, middle[i])
-            infeasible.append(missing > BALANCED_NM)
-    return NoCost(True, float(100.0 * np.mean(infeasible)))
-
-
-def _missing(levers: np.ndarray, needed: np.ndarray, recorder: Recorder, emg: np.ndarray) -> float:
-    """Least sum of generalised forces [N m] that activations with this EMG leave unbalanced."""
-    muscles = levers.shape[1]
-    slack = np.hstack([np.eye(len(needed)), -np.eye(len(needed))])
-    none = np.zeros((len(emg), slack.shape[1]))
-    solved = linprog(
-        np.concatenate([np.zeros(muscles), np.ones(slack.shape[1])]),
-        A_ub=np.vstack(
-            [np.hstack([recorder.electrodes, none]), np.hstack([-recorder.electrodes, none])]
-        ),
-        b_ub=np.concatenate(
-            [np.clip(EMG_GAIN * emg + EMG_ERROR, 0.0, None), EMG_ERROR - emg / EMG_GAIN]
-        ),
-        A_eq=np.hstack([levers, slack]),
-        b_eq=needed,
-        bounds=[(0.0, 1.0)] * muscles + [(0.0, None)] * slack.shape[1],
-    )
-    return np.inf if solved.fun is None else float(solved.fun)
-
-
-def _largest_span(sigma: np.ndarray, threshold: float) -> tuple[int, int] | None:
-    """First and last node of the run above the threshold with the largest sum of squares."""
-    above = np.concatenate([[False], np.abs(sigma) > threshold, [False]])
-    edges = np.flatnonzero(np.diff(above.astype(int)))
-    spans = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    return max(spans, key=lambda s: float(np.sum(sigma[s[0] : s[1] + 1] ** 2)), default=None)
-
-
-def _percent(span: tuple[int, int], nodes: int) -> tuple[float, float]:
-    return 100.0 * span[0] / (nodes - 1), 100.0 * span[1] / (nodes - 1)
-
-
-def _shared(regions: list) -> tuple:
-    """Regions with shares that add up to one, the largest first."""
-    total = sum(region.share for region in regions)
-    shared = [replace(region, share=region.share / total) for region in regions]
-    return tuple(sorted(shared, key=lambda region: -region.share))

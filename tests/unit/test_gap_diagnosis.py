@@ -278,7 +278,7 @@ class MadeFit:
 
 
 PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
-SQUARES = decide.Squares(whole=100.0, floor=20.0, expected=20.0)
+SQUARES = decide.Squares(whole=100.0, floor=20.0, expected=20.0, excess=1.0)
 
 
 def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, none=0.0):
@@ -332,12 +332,15 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
 
 
 def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
-    def doubt(left, misfit):
-        return judged([MadeFit("a", 50.0, left, misfit), MadeFit("b", 10.0)]).none
+    def doubt(left, misfit, excess=1.0):
+        fits = [MadeFit("a", 50.0, left, misfit), MadeFit("b", 10.0)]
+        return judged(fits, squares=replace(SQUARES, excess=excess)).none
 
-    assert doubt(60.0, 1.4) == pytest.approx(0.0)
-    assert doubt(60.0, 1.75) == pytest.approx(0.5)
+    assert doubt(60.0, 1.2) == pytest.approx(0.0)
+    assert doubt(60.0, 1.35) == pytest.approx(0.5)
     assert doubt(60.0, 3.0) == pytest.approx(1.0)
+    # Where effect-free cases vary more than assumed, so do others.
+    assert doubt(60.0, 2.16, excess=1.5) == pytest.approx(0.0)
     # Noise may be larger than assumed: what explains most of the gap stays the cause.
     assert doubt(40.0, 3.0) == pytest.approx(0.0)
     assert doubt(50.0, 3.0) == pytest.approx(0.5)

@@ -46,10 +46,11 @@ PAIRS = 0.03
 # reducible difference, a wrong one 1.04.
 DOUBTED = 0.8
 # So is one that leaves a quarter to a half of it (none to all of the doubt) and more than noise and
-# its own errors account for, from 1.5 to 2 times in mean square: then all causes are compared by
-# errors that are too small. In 13 opened cases the best causes had 0.6 to 1.4; in a published
-# simulation without cuff against the healthy one, where the library has no single cause, 1.9.
-LEAVING, MISFIT = (0.25, 0.5), (1.5, 2.0)
+# its own errors account for, from 1.2 to 1.5 times in mean square: then all causes are compared by
+# errors that are too small. Noise counts as large as effect-free cases ask for. In 17 opened cases
+# right causes had 0.4 to 1.3 then; in a published simulation without cuff against the healthy one,
+# where the library has no single cause, the best had 1.6.
+LEAVING, MISFIT = (0.25, 0.5), (1.2, 1.5)
 # With a gap above the floor, "no gap" is at most as probable.
 UNDECIDED = 0.5
 # Without one it is at least as probable, with or without reference trials: in five blind draws,
@@ -73,11 +74,13 @@ class Squares:
     whole : of the difference itself
     floor : of what no smooth cause explains
     expected : of noise and of what sessions change, without any cause
+    excess : factor on standard deviations that effect-free cases ask for
     """
 
     whole: float
     floor: float
     expected: float
+    excess: float
 
 
 @dataclass(frozen=True)
@@ -168,7 +171,7 @@ def _exceeding(fitted: Fit, squares: Squares) -> float:
 def _doubt(fitted: Fit, squares: Squares) -> float:
     """Share of a fit's probability that belongs to none of these."""
     left = _exceeding(fitted, squares)
-    misfitting = min(_ramp(left, *LEAVING), _ramp(fitted.misfit, *MISFIT))
+    misfitting = min(_ramp(left, *LEAVING), _ramp(fitted.misfit / squares.excess**2, *MISFIT))
     return max(_ramp(left, DOUBTED, 1.0), misfitting)
 
 

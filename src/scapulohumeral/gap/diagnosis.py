@@ -112,7 +112,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     fits: Sequence[Fit] = evidence.screened
     if is_there.present:
         fits = fit_all(evidence, model, case.threads, warnings)
-    answer = _answer(case, records, evidence, (is_there, found), fits, warnings)
+    judged = _judged(evidence, fits, is_there.present, inflation)
+    answer = _answer(case, records, evidence, (is_there, found), (fits, judged), warnings)
     rows = baseline_labels(evidence.comparison, evidence.screened, evidence.prior)
     return replace(
         answer,
@@ -156,9 +157,9 @@ class _Judged:
     by_task: list[tuple[str, float, float]]
 
 
-def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
+def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: float) -> _Judged:
     c, error = evidence.comparison, evidence.settings.signature_error
-    squares = _squares(evidence)
+    squares = _squares(evidence, inflation)
     p = _posterior(evidence, fits, present, squares)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error)
@@ -168,13 +169,14 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool) -> _Judged:
     return _Judged(squares, best, p, likely, apart, groups, agreement, by_task)
 
 
-def _squares(evidence: Evidence) -> decide.Squares:
+def _squares(evidence: Evidence, inflation: float) -> decide.Squares:
     c = evidence.comparison
     white = c.whiten(c.delta)
     return decide.Squares(
         whole=float(white @ white),
         floor=black_box_left(c, evidence.boxes.columns),
         expected=float(len(white)),
+        excess=inflation,
     )
 
 
@@ -183,13 +185,12 @@ def _answer(
     records: Records,
     evidence: Evidence,
     where: tuple[Presence, Shows],
-    fits: Sequence[Fit],
+    which: tuple[Sequence[Fit], _Judged],
     warnings: list[str],
 ) -> Diagnosis:
     c, error = evidence.comparison, evidence.settings.signature_error
-    is_there, found = where
+    (is_there, found), (fits, judged) = where, which
     present = is_there.present
-    judged = _judged(evidence, fits, present)
     best, p, groups = judged.best, judged.p, judged.groups
     agreement = {best.label: judged.agreement}
     temperature = evidence.settings.temperature

@@ -3,6 +3,7 @@
 import zlib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -271,10 +272,18 @@ def test_names_and_order_do_not_matter():
 
 
 class MadeFit:
-    """What probabilities need of a fit."""
+    """What probabilities need of a fit: one parameter, absent at 0, at most 1."""
 
-    def __init__(self, label, log_evidence, left=40.0, misfit=1.0):
+    hypothesis = SimpleNamespace(
+        effects=(SimpleNamespace(params=(None,)),),
+        bounds=(np.zeros(1), np.ones(1)),
+        prior_sd=np.ones(1),
+    )
+    covariance = np.full((1, 1), 0.01)
+
+    def __init__(self, label, log_evidence, left=40.0, misfit=1.0, x=0.5):
         self.label, self.log_evidence, self.left, self.misfit = label, log_evidence, left, misfit
+        self.x = np.array([x])
 
 
 PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
@@ -344,6 +353,18 @@ def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
     # Noise may be larger than assumed: what explains most of the gap stays the cause.
     assert doubt(40.0, 3.0) == pytest.approx(0.0)
     assert doubt(50.0, 3.0) == pytest.approx(0.5)
+
+
+def test_a_cause_as_large_as_it_may_be_has_to_explain():
+    def doubt(left, x):
+        return judged([MadeFit("a", 50.0, left, x=x), MadeFit("b", 10.0)]).none
+
+    assert doubt(60.0, 1.0) == pytest.approx(1.0)
+    assert doubt(50.0, 1.0) == pytest.approx(0.5)
+    assert doubt(40.0, 1.0) == pytest.approx(0.0)
+    # Inside of its bounds, or where it is absent, its size is no reason.
+    assert doubt(60.0, 0.9) == pytest.approx(0.0)
+    assert doubt(60.0, 0.0) == pytest.approx(0.0)
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):

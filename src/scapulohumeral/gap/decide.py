@@ -49,7 +49,8 @@ DOUBTED = 0.8
 # its own errors account for, from 1.2 to 1.5 times in mean square: then all causes are compared by
 # errors that are too small. Noise counts as large as effect-free cases ask for. In 17 opened cases
 # right causes had 0.4 to 1.3 then; in a published simulation without cuff against the healthy one,
-# where the library has no single cause, the best had 1.6.
+# where the library has no single cause, the best had 1.6. So is one that leaves as much with an
+# amplitude on its bound: it would be larger than anybody has found.
 LEAVING, MISFIT = (0.25, 0.5), (1.2, 1.5)
 # With a gap above the floor, "no gap" is at most as probable.
 UNDECIDED = 0.5
@@ -171,8 +172,27 @@ def _exceeding(fitted: Fit, squares: Squares) -> float:
 def _doubt(fitted: Fit, squares: Squares) -> float:
     """Share of a fit's probability that belongs to none of these."""
     left = _exceeding(fitted, squares)
-    misfitting = min(_ramp(left, *LEAVING), _ramp(fitted.misfit / squares.excess**2, *MISFIT))
-    return max(_ramp(left, DOUBTED, 1.0), misfitting)
+    misfitting = _ramp(fitted.misfit / squares.excess**2, *MISFIT)
+    if _primary_on_bound(fitted):
+        misfitting = 1.0
+    return max(_ramp(left, DOUBTED, 1.0), min(_ramp(left, *LEAVING), misfitting))
+
+
+def _primary_on_bound(fitted: Fit) -> bool:
+    """Whether the primary amplitude of any effect is as large as it may be."""
+    counts = [len(effect.params) for effect in fitted.hypothesis.effects]
+    first = np.cumsum([0, *counts[:-1]])
+    return bool(_on_bound(fitted, freed_of_prior(fitted)[0])[first].any())
+
+
+def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:
+    """Which internal parameters (P,) lie on bounds that data run into.
+
+    The value at which an effect is absent is none.
+    """
+    ends = np.array(fitted.hypothesis.bounds)
+    near = AT_BOUND + 1e-3 * (ends[1] - ends[0])
+    return ((np.abs(values - ends) < near) & (np.abs(ends) > near)).any(axis=0)
 
 
 def _ramp(value: float, low: float, high: float) -> float:
@@ -202,6 +222,7 @@ def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
     low, high = fitted.hypothesis.bounds
     values, variance = freed_of_prior(fitted)
     halves = 1.96 * np.sqrt(temperature * variance)
+    bound = _on_bound(fitted, values)
     rows = []
     for i, param in enumerate(params):
         x = float(values[i])
@@ -209,11 +230,8 @@ def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
             param.physical(float(np.clip(x + sign * halves[i], low[i], high[i])))
             for sign in (-1.0, 1.0)
         )
-        near = AT_BOUND + 1e-3 * (high[i] - low[i])
-        # The value at which an effect is absent is no bound that data run into.
-        at_bound = any(abs(x - end) < near and abs(end) > near for end in (low[i], high[i]))
         value = param.physical(x)
-        rows.append(Amplitude(param.name, value, (ends[0], ends[1]), param.unit, at_bound))
+        rows.append(Amplitude(param.name, value, (ends[0], ends[1]), param.unit, bool(bound[i])))
     return tuple(rows)
 
 

@@ -334,7 +334,7 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
     assert with_left(92.0).labels["a"] == pytest.approx(0.5)
     assert with_left(92.0).none == pytest.approx(0.5)
     assert with_left(100.0, present=False).none == pytest.approx(0.0)
-    assert with_left(100.0).none == pytest.approx(1.0)
+    assert with_left(100.0).none == pytest.approx(decide.LARGEST_DOUBT)
     # What sessions change no cause has to explain.
     assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
     assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
@@ -347,7 +347,7 @@ def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
 
     assert doubt(60.0, 1.2) == pytest.approx(0.0)
     assert doubt(60.0, 1.35) == pytest.approx(0.5)
-    assert doubt(60.0, 3.0) == pytest.approx(1.0)
+    assert doubt(60.0, 3.0) == pytest.approx(decide.LARGEST_DOUBT)
     # Where effect-free cases vary more than assumed, so do others.
     assert doubt(60.0, 2.16, excess=1.5) == pytest.approx(0.0)
     # Noise may be larger than assumed: what explains most of the gap stays the cause.
@@ -359,7 +359,7 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
     def doubt(left, x):
         return judged([MadeFit("a", 50.0, left, x=x), MadeFit("b", 10.0)]).none
 
-    assert doubt(60.0, 1.0) == pytest.approx(1.0)
+    assert doubt(60.0, 1.0) == pytest.approx(decide.LARGEST_DOUBT)
     assert doubt(50.0, 1.0) == pytest.approx(0.5)
     assert doubt(40.0, 1.0) == pytest.approx(0.0)
     # Inside of its bounds, or where it is absent, its size is no reason.

@@ -52,6 +52,8 @@ DOUBTED = 0.8
 # where the library has no single cause, the best had 1.6. So is one that leaves as much with an
 # amplitude on its bound: it would be larger than anybody has found.
 LEAVING, MISFIT = (0.25, 0.5), (1.2, 1.5)
+# No cause is doubted entirely, so that doubted ones keep their order.
+LARGEST_DOUBT = 0.95
 # With a gap above the floor, "no gap" is at most as probable.
 UNDECIDED = 0.5
 # Without one it is at least as probable, with or without reference trials: in five blind draws,
@@ -175,7 +177,8 @@ def _doubt(fitted: Fit, squares: Squares) -> float:
     misfitting = _ramp(fitted.misfit / squares.excess**2, *MISFIT)
     if _primary_on_bound(fitted):
         misfitting = 1.0
-    return max(_ramp(left, DOUBTED, 1.0), min(_ramp(left, *LEAVING), misfitting))
+    doubt = max(_ramp(left, DOUBTED, 1.0), min(_ramp(left, *LEAVING), misfitting))
+    return min(doubt, LARGEST_DOUBT)
 
 
 def _primary_on_bound(fitted: Fit) -> bool:

@@ -33,7 +33,7 @@ from scapulohumeral.gap.workers import side_by_side
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
-# Share of the gap on the hidden task that a candidate of an answer removes; None: unknown.
+# Gap on the hidden task before and after a candidate of an answer; None: unknown.
 Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
 DIAGNOSE = (sys.executable, "-m", ENTRY, "gap", "diagnose")
 

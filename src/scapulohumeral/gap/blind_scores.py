@@ -359,7 +359,7 @@ def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     errors, covered = [], []
     for case in right:
         value = claimed[id(case)]
-        truth = None if case.hidden is None else case.hidden.reducible
+        truth = _reducible(case.hidden)
         if truth is None or value is None or case.verdict is None:
             continue
         errors.append(abs(value - truth))

@@ -174,9 +174,8 @@ def _exceeding(fitted: Fit, squares: Squares) -> float:
 def _doubt(fitted: Fit, squares: Squares) -> float:
     """Share of a fit's probability that belongs to none of these."""
     left = _exceeding(fitted, squares)
-    misfitting = _ramp(fitted.misfit / squares.excess**2, *MISFIT)
-    if _primary_on_bound(fitted):
-        misfitting = 1.0
+    misfit = fitted.misfit / squares.excess**2
+    misfitting = 1.0 if _primary_on_bound(fitted) else _ramp(misfit, *MISFIT)
     doubt = max(_ramp(left, DOUBTED, 1.0), min(_ramp(left, *LEAVING), misfitting))
     return min(doubt, LARGEST_DOUBT)
 

@@ -113,7 +113,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     if is_there.present:
         fits = fit_all(evidence, model, case.threads, warnings)
     judged = _judged(evidence, fits, is_there.present, inflation)
-    answer = _answer(case, records, evidence, (is_there, found), (fits, judged), warnings)
+    answer = _answer(case, records, evidence, (is_there, found), judged, warnings)
     rows = baseline_labels(evidence.comparison, evidence.screened, evidence.prior)
     return replace(
         answer,
@@ -140,13 +140,14 @@ class _Judged:
 
     Attributes
     ----------
-    squares : of the difference
+    fits : of all hypotheses; squares : of the difference
     best : the most probable fit; likely : fits that are not negligible
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     """
 
+    fits: Sequence[Fit]
     squares: decide.Squares
     best: Fit
     p: decide.Posterior
@@ -166,7 +167,7 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: f
     best = max(fits, key=lambda f: p.labels[f.label])
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     groups = decide.classes(likely, apart)
-    return _Judged(squares, best, p, likely, apart, groups, agreement, by_task)
+    return _Judged(fits, squares, best, p, likely, apart, groups, agreement, by_task)
 
 
 def _squares(evidence: Evidence, inflation: float) -> decide.Squares:
@@ -185,13 +186,13 @@ def _answer(
     records: Records,
     evidence: Evidence,
     where: tuple[Presence, Shows],
-    which: tuple[Sequence[Fit], _Judged],
+    judged: _Judged,
     warnings: list[str],
 ) -> Diagnosis:
     c, error = evidence.comparison, evidence.settings.signature_error
-    (is_there, found), (fits, judged) = where, which
+    is_there, found = where
     present = is_there.present
-    best, p, groups = judged.best, judged.p, judged.groups
+    fits, best, p, groups = judged.fits, judged.best, judged.p, judged.groups
     agreement = {best.label: judged.agreement}
     temperature = evidence.settings.temperature
     causes = decide.candidates(fits, p, groups, agreement, judged.squares, temperature)
@@ -310,7 +311,6 @@ def _regions(
         ]
         if all(chosen):
             halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
-    halves = halves if len(halves) == 2 else []
     enters, rows = entered_regions(c, evidence.boxes, halves, evidence.settings.alpha, case.seed)
     if not present:
         return (), (), rows

@@ -36,7 +36,7 @@ def shown_regions(
     Parameters
     ----------
     found, comparison : map and difference
-    halves : (D,) differences of two halves of the test trials; empty with one trial
+    halves : (D,) differences of two halves of the test trials, fewer with one trial
     """
     split = [z_values(comparison, half)[0] / np.sqrt(2.0) for half in halves]
     threshold = found.threshold if found.standing_out else POINTWISE_SIGMA

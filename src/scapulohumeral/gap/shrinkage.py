@@ -214,9 +214,9 @@ def _expected(
     values = [share.value]
     for (part, predicted), covariance in zip(parts, left, strict=True):
         for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
-            pair = remaining(replace(part, delta=predicted + rest), predicted)
-            ratio = reducible_share(*pair)
-            values += [] if ratio is None else [ratio]
+            ratio = reducible_share(*remaining(replace(part, delta=predicted + rest), predicted))
+            if ratio is not None:
+                values.append(ratio)
     low, high = np.quantile(values, [0.025, 0.975])
     ends = min(float(low), share.value), max(float(high), share.value)
     return replace(share, ci95=ends)

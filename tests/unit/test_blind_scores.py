@@ -47,7 +47,7 @@ def answer(p: dict[str, float], value: float = 0.5, present: bool = True, **more
     region = {"channel": "EMG_infra", "phase_percent": [40, 60], "share": 1.0}
     document = {
         "status": "ok",
-        "gap": {"present": present},
+        "gap": {"present": present, "smallest_detectable": []},
         "candidates": [{"label": k, "p": v, "parameters": parameters} for k, v in p.items()],
         "none_p": 0.5 * rest,
         "no_gap_p": 0.5 * rest,
@@ -126,6 +126,21 @@ def test_a_class_that_holds_the_truth_is_right() -> None:
     scores = group_scores([case(key(TEAR), answered)])
     assert scores["family_top1"]["value"] == 0.0
     assert scores["class_top1"]["value"] == 1.0
+
+
+def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
+    """Half the strength is large where 0.8 would be seen, a fifth lost is not."""
+    smallest = [{"label": TEAR, "parameter": "f0_factor", "value": 0.8}]
+    seen = {"gap": {"present": True, "smallest_detectable": smallest}}
+    large = case(key(TEAR, amplitude=0.5), answer({TEAR: 0.9}, **seen))
+    small = case(key(TEAR, amplitude=0.7), answer({GAIN: 0.9}, **seen))
+    unlisted = case(key(TEAR, amplitude=0.1), answer({GAIN: 0.9}))
+    unanswered = case(key(TEAR), None)
+    assert [c.large for c in (large, small, unlisted, unanswered)] == [True, False, False, True]
+    scores = group_scores([large, small, unlisted, unanswered])
+    assert scores["family_top1"]["n"] == 4
+    assert (scores["large"]["family_top1"]["hits"], scores["large"]["family_top1"]["n"]) == (1, 2)
+    assert scores["large"]["baselines"]["prior_only"]["n"] == 2
 
 
 def test_nulls_count_for_false_alarms_only() -> None:

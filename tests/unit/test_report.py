@@ -236,7 +236,7 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     rows = {row[0]: row for row in gap_tables.score_tables({"plants": {"P1": modes}})["P1"].rows}
     assert rows["cases"][1] == "4"
     assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
-    assert rows["gap found where an effect shows"][1] == "no case"
+    assert rows["all effects that show: gap found"][1] == "no case"
     assert rows["time of a diagnosis, median [s]"][1] == "no case"
 
 

@@ -25,6 +25,7 @@ Z95 = 1.959964
 CALIBRATION_BINS = 5
 FALSE_REJECTION = 0.1
 KEPT_SHARE = 0.7
+LARGE_MULTIPLE = 2.0
 REGION_SIGMA = 2.0
 UNANSWERED = "unanswered"
 # Fixed before keys are drawn, and published with their hashes.
@@ -32,6 +33,9 @@ REGISTERED = {
     "shown": "an effect counts if its noise-free change is at least footprint_multiple standard "
     "errors (root mean square over the movement) in one channel of a visible task; without "
     "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
+    "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
+    "the answer publishes for its label, both as distance from off; one whose label is not listed "
+    "is smaller; one that has no such amplitude, or no answer, counts as large if it shows",
     "family_top1": "family with the largest summed probability, among none and no_gap",
     "class_top1": "the most probable class, or candidate without one, holds the right family",
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
@@ -43,6 +47,7 @@ REGISTERED = {
     "calibration_bins": CALIBRATION_BINS,
     "false_rejection": FALSE_REJECTION,
     "kept_share": KEPT_SHARE,
+    "large_multiple": LARGE_MULTIPLE,
     "region_sigma": REGION_SIGMA,
 }
 
@@ -124,6 +129,21 @@ class ScoredCase:
         return self.status == "single" and _rank(self) == 1
 
     @property
+    def large(self) -> bool:
+        """Whether one effect was injected, several times the smallest that would be found."""
+        if self.status != "single":
+            return False
+        [effect] = self.key["effects"]
+        if self.answer is None or self.answer["gap"] is None or effect["parameter"] is None:
+            return True
+        off = _off(effect["parameter"])
+        return any(
+            abs(effect["amplitude"] - off) >= LARGE_MULTIPLE * abs(found["value"] - off)
+            for found in self.answer["gap"]["smallest_detectable"]
+            if found["label"] == effect["label"] and found["parameter"] == effect["parameter"]
+        )
+
+    @property
     def true_candidate(self) -> Mapping[str, Any] | None:
         """The candidate of the injected effect; None without an answer or if it is none."""
         candidates = () if self.verdict is None else self.verdict["candidates"]
@@ -155,11 +175,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     return {
         "cases": dict(Counter(case.status for case in cases)),
         "false_alarms": rate([case.claims_gap for case in by["null"]]),
-        "detection": rate([case.claims_gap for case in single]),
-        "family_top1": rate([_rank(case) == 1 for case in single]),
-        "family_top3": rate([_rank(case) <= 3 for case in single]),
-        "side_top1": rate([_side_right(case) for case in single]),
-        "class_top1": rate([_class_right(case) for case in single]),
+        **_choice_scores(single),
         "mean_family_p": _mean([_family_p(case) for case in single]),
         "set90": _set_scores(cases),
         "calibration": _calibration(cases),
@@ -174,6 +190,18 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "regions": _region_scores(single),
         "seconds": _spread([case.seconds for case in cases]),
         "confusion": _confusion(cases),
+        "large": _choice_scores([case for case in single if case.large]),
+    }
+
+
+def _choice_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Whether the gap is seen and its cause named, beside what simple methods say."""
+    return {
+        "detection": rate([case.claims_gap for case in single]),
+        "family_top1": rate([_rank(case) == 1 for case in single]),
+        "family_top3": rate([_rank(case) <= 3 for case in single]),
+        "side_top1": rate([_side_right(case) for case in single]),
+        "class_top1": rate([_class_right(case) for case in single]),
         "baselines": _baseline_scores(single),
     }
 
@@ -337,12 +365,16 @@ def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
         found = _amplitude(case, effect["parameter"])
         if found is None:
             continue
-        off = 1.0 if effect["parameter"].endswith("_factor") else 0.0
         truth = float(effect["amplitude"])
-        errors.append(abs(found["value"] - truth) / abs(truth - off))
+        errors.append(abs(found["value"] - truth) / abs(truth - _off(effect["parameter"])))
         if found["ci95"] is not None:
             covered.append(found["ci95"][0] <= truth <= found["ci95"][1])
     return {"relative_error": _spread(errors), "ci_coverage": rate(covered)}
+
+
+def _off(parameter: str) -> float:
+    """Value at which an effect is absent."""
+    return 1.0 if parameter.endswith("_factor") else 0.0
 
 
 def _amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:
@@ -449,6 +481,7 @@ def _line(case: ScoredCase) -> dict[str, Any]:
             iter(family_probabilities(case.verdict).values())
         ),
         "footprint": max(case.key["footprint"].values()),
+        "large": case.large,
         "covered": _covered(case),
     }  # fmt: skip
 

@@ -50,7 +50,7 @@ GIRDLE_PATH_DEG, HUMERUS_PATH_DEG = 0.6, 0.8
 RECORDING_PATH_DEG = 1.0  # of a recording that stands for its own repeats
 SESSION_GAIN, SESSION_TURN_DEG = 0.04, 0.4  # electrodes and markers, put on again
 LARGEST_MISS = np.deg2rad(25.0)  # of the humerus: beyond, the arm did not do the task
-LARGEST_ATTEMPTS = 6
+LARGEST_ATTEMPTS = 12
 # Largest difference of a mean envelope between repeats of a task [fraction of MVC]. Most persons
 # stay below 0.06; some have two ways to do a task, 0.15 to 0.3 apart: a change of way is no effect.
 STEADY_EMG = 0.1

@@ -26,9 +26,9 @@ from scapulohumeral.gap.settings import GapSettings, read_settings
 
 @dataclass(frozen=True)
 class BankRequest:
-    """Folder of effect-free cases, configuration, cache of models, and file to write."""
+    """Folders of effect-free cases, configuration, cache of models, and file to write."""
 
-    cases: Path
+    cases: tuple[Path, ...]
     config: Path
     cache: Path
     out: Path
@@ -47,11 +47,14 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
     """
     settings = read_settings(config)
     cases = [
-        _read(request, folder, config) for folder in sorted(request.cases.iterdir())
+        _read(request, folder, config)
+        for several in request.cases
+        for folder in sorted(several.iterdir())
         if folder.is_dir()
-    ]  # fmt: skip
+    ]
     if not cases:
-        raise DataError(f"{request.cases}: no case folders; draw cases without effects first.")
+        folders = ", ".join(map(str, request.cases))
+        raise DataError(f"{folders}: no case folders; draw cases without effects first.")
     groups: dict[str, list[Case]] = {}
     for case in cases:
         who = case.participant

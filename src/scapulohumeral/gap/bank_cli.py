@@ -10,8 +10,10 @@ def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache:
     """Add ``bank`` to the commands of ``gap``, with the default configuration and cache."""
     bank = commands.add_parser("bank", help="thresholds from cases without any effect")
     steps = bank.add_subparsers(required=True, metavar="STEP")
-    build = steps.add_parser("build", help="test every effect-free case of a folder")
-    build.add_argument("--cases", type=Path, required=True, help="folder of case folders")
+    build = steps.add_parser("build", help="test every effect-free case of one or more folders")
+    build.add_argument(
+        "--cases", type=Path, nargs="+", required=True, metavar="DIR", help="folders of cases"
+    )
     build.add_argument("--out", type=Path, required=True, help="bank, JSON")
     build.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     build.set_defaults(run=_build)
@@ -25,7 +27,7 @@ def _build(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.gap.bank_build import BankRequest, build_bank
     from scapulohumeral.gap.run import read_config
 
-    request = BankRequest(options.cases, options.config, options.cache, options.out)
+    request = BankRequest(tuple(options.cases), options.config, options.cache, options.out)
     print(f"{build_bank(request, read_config(options.config))} rows in {options.out}")
     return 0
 

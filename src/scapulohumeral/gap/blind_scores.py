@@ -175,7 +175,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     return {
         "cases": dict(Counter(case.status for case in cases)),
         "false_alarms": rate([case.claims_gap for case in by["null"]]),
-        **_choice_scores(single),
+        **_single_scores(single),
         "mean_family_p": _mean([_family_p(case) for case in single]),
         "set90": _set_scores(cases),
         "calibration": _calibration(cases),
@@ -185,23 +185,23 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "abstention_hidden": rate(
             [not case.claims_gap for case in cases if case.status == "hidden"]
         ),
-        "amplitude": _amplitude_scores(single),
-        "shrinkage": _shrinkage_scores(single),
         "regions": _region_scores(single),
         "seconds": _spread([case.seconds for case in cases]),
         "confusion": _confusion(cases),
-        "large": _choice_scores([case for case in single if case.large]),
+        "large": _single_scores([case for case in single if case.large]),
     }
 
 
-def _choice_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
-    """Whether the gap is seen and its cause named, beside what simple methods say."""
+def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Whether gaps are seen, their causes named and sized, beside what simple methods say."""
     return {
         "detection": rate([case.claims_gap for case in single]),
         "family_top1": rate([_rank(case) == 1 for case in single]),
         "family_top3": rate([_rank(case) <= 3 for case in single]),
         "side_top1": rate([_side_right(case) for case in single]),
         "class_top1": rate([_class_right(case) for case in single]),
+        "amplitude": _amplitude_scores(single),
+        "shrinkage": _shrinkage_scores(single),
         "baselines": _baseline_scores(single),
     }
 

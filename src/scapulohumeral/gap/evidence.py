@@ -22,6 +22,7 @@ from scapulohumeral.gap.attribute import (
     black_box_evidence,
     fit,
     no_gap_evidence,
+    strongest,
 )
 from scapulohumeral.gap.case import Case, GapTrial
 from scapulohumeral.gap.effects.base import Effect, Observed, Setup
@@ -38,6 +39,7 @@ from scapulohumeral.gap.observe import (
     phase_functions,
     recorded,
 )
+from scapulohumeral.gap.pairs import LEADERS, paired
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import TrialDifference
@@ -243,9 +245,15 @@ def _supposed(evidence: Evidence, c: Comparison) -> Comparison:
 
 
 def _density(evidence: Evidence) -> float:
-    """Log density of the difference, over all explanations."""
+    """Log density of the difference, over all explanations.
+
+    Pairs are among them, or what one of two effects leaves would count as an error.
+    """
     c, settings = evidence.comparison, evidence.settings
-    logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in evidence.screened]
+    leaders = strongest(evidence.screened, evidence.prior, LEADERS)
+    pairs = paired(leaders, evidence.screened, c, settings.signature_error)
+    known = [*evidence.screened, *pairs]
+    logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in known]
     logs.append(black_box_evidence(c, evidence.boxes.columns) + np.log(settings.prior_none))
     logs.append(no_gap_evidence(c) + np.log(settings.prior_no_gap))
     _, logdet = np.linalg.slogdet(c.covariance)

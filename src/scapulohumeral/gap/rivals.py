@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap.attribute import Fit, Hypothesis, SignatureError, fit, pair, strongest
+from scapulohumeral.gap.attribute import Fit, strongest
 from scapulohumeral.gap.evidence import Evidence
-from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.pairs import LEADERS, paired
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.refit import refit
 from scapulohumeral.gap.workers import side_by_side
 
 log = logging.getLogger(__name__)
-
-# Effects that others join in pairs, and others tried with each.
-LEADERS, PARTNERS = 3, 12
 
 
 def fit_all(
@@ -45,39 +39,6 @@ def fit_all(
     singles = list(fits.values())
     leaders = strongest(singles, evidence.prior, LEADERS)
     return [*singles, *paired(leaders, singles, c, settings.signature_error)]
-
-
-def paired(
-    leaders: Sequence[Fit], singles: Sequence[Fit], comparison: Comparison, relative_error: float
-) -> list[Fit]:
-    """Each leader with the effects of other families that explain most of what it leaves."""
-    found: dict[str, Fit] = {}
-    for leader in leaders:
-        error = leader.hypothesis.error(leader.x, comparison, relative_error)
-        left = comparison.whiten(comparison.delta - leader.predicted)
-        family = leader.hypothesis.effects[0].family
-        others = [f for f in singles if f.hypothesis.effects[0].family != family]
-        gains = {f.label: _gain(f.hypothesis, left, error, comparison) for f in others}
-        for other in sorted(others, key=lambda f: -gains[f.label])[:PARTNERS]:
-            both = pair(leader, other)
-            if both.label not in found:
-                found[both.label] = fit(both, comparison, relative_error)
-    return list(found.values())
-
-
-def _gain(
-    hypothesis: Hypothesis, left: np.ndarray, error: SignatureError, comparison: Comparison
-) -> float:
-    """Log density that an effect inside its bounds adds to whitened residuals (D,).
-
-    The error of its own prediction is left out.
-    """
-    slope = comparison.whiten(hypothesis.slope)
-    weighted = error.solve(slope)
-    right = weighted.T @ left
-    normal = slope.T @ weighted + np.diag(hypothesis.prior_sd**-2.0)
-    x = np.clip(np.linalg.solve(normal, right), *hypothesis.bounds)
-    return float(right @ x - 0.5 * x @ normal @ x)
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

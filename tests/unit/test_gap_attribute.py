@@ -294,10 +294,21 @@ def test_next_trial_is_the_task_in_which_the_signatures_differ():
     other = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), slope)
     fits = [fit(h, there, 0.1) for h in (one, other)]
     labels = [f.label for f in fits]
-    found = next_trial(fits, labels, there, 0.1)
+    found = next_trial(fits, labels, there, 0.1, 1.0)
     assert (found.task, found.splits) == ("b", tuple(labels))
-    assert found.p_correct > separability(fits, there, 0.1)[0, 1]
-    assert next_trial(fits, labels[:1], there, 0.1) is None
+    assert found.p_correct > separability(fits, there, 0.1, 1.0)[0, 1]
+    assert next_trial(fits, labels[:1], there, 0.1, 1.0) is None
+
+
+def test_effects_are_told_apart_as_far_as_evidence_counts():
+    """At a temperature of four, like with noise of twice the size."""
+    hypotheses = hypothesis(DAMPING, 1, size=0.3), hypothesis(MASS, 2, size=0.3)
+    clear = comparison(hypotheses[0].slope @ [1.0])
+    fits = [fit(h, clear, 0.0) for h in hypotheses]
+    tempered = separability(fits, clear, 0.0, 4.0)[0, 1]
+    noisy = separability(fits, comparison(clear.delta, 2.0), 0.0, 1.0)[0, 1]
+    assert tempered < separability(fits, clear, 0.0, 1.0)[0, 1]
+    assert tempered == pytest.approx(noisy, abs=0.03)
 
 
 def test_hint_names_what_is_closest_and_where_it_enters():

@@ -258,11 +258,14 @@ def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
     return [[fits[i].label for i in group] for group in groups]
 
 
-def separability(fits: Sequence[Fit], comparison: Comparison, relative_error: float) -> np.ndarray:
+def separability(
+    fits: Sequence[Fit], comparison: Comparison, relative_error: float, temperature: float
+) -> np.ndarray:
     """Probability that these trials tell two fitted hypotheses apart, symmetric.
 
     Phi(d / 2) with d the distance, in units of noise and signature error, that the better of both
-    refits leaves: two normal distributions at this distance are told apart as often.
+    refits leaves: two normal distributions at this distance are told apart as often. It is tempered
+    like probabilities and intervals: evidence for one of both counts less than it claims.
     """
     count = len(fits)
     result = np.full((count, count), 0.5)
@@ -272,12 +275,16 @@ def separability(fits: Sequence[Fit], comparison: Comparison, relative_error: fl
                 distance(fits[i], fits[k].hypothesis, comparison, relative_error),
                 distance(fits[k], fits[i].hypothesis, comparison, relative_error),
             )
-            result[i, k] = result[k, i] = float(norm.cdf(0.5 * d))
+            result[i, k] = result[k, i] = float(norm.cdf(0.5 * d / np.sqrt(temperature)))
     return result
 
 
 def next_trial(
-    fits: Sequence[Fit], group: Sequence[str], comparison: Comparison, relative_error: float
+    fits: Sequence[Fit],
+    group: Sequence[str],
+    comparison: Comparison,
+    relative_error: float,
+    temperature: float,
 ) -> NextTrial | None:
     """Recorded task whose repetition would best tell the first two effects of a class apart.
 
@@ -285,6 +292,7 @@ def next_trial(
     ----------
     fits : the most probable first; group : labels of the class of the first
     comparison : what was explained; relative_error : of predicted changes
+    temperature : as for :func:`posterior`
 
     Returns
     -------
@@ -301,7 +309,7 @@ def next_trial(
         noise[rows] *= 0.5
         covariance[rows] -= noise[rows]
         more = replace(comparison, noise=noise, covariance=covariance)
-        return float(separability(pair, more, relative_error)[0, 1])
+        return float(separability(pair, more, relative_error, temperature)[0, 1])
 
     found = {task: apart(task) for task in comparison.tasks}
     best = max(found, key=lambda task: found[task])

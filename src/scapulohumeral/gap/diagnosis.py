@@ -163,7 +163,7 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: f
     squares = _squares(evidence, inflation)
     p = _posterior(evidence, fits, present, squares)
     likely = decide.likely(fits, p)
-    apart = decide.separability(likely, c, error)
+    apart = decide.separability(likely, c, error, evidence.settings.temperature)
     best = max(fits, key=lambda f: p.labels[f.label])
     agreement, by_task = task_agreement(best.hypothesis, c, error)
     groups = decide.classes(likely, apart)
@@ -219,7 +219,9 @@ def _answer(
         classes=decide.effect_classes(groups, p, splitting),
         shrinkage=cost,
         next_trial=(
-            decide.next_trial(judged.likely, groups[0], c, error) if present and groups else None
+            decide.next_trial(judged.likely, groups[0], c, error, temperature)
+            if present and groups
+            else None
         ),
         hint=decide.hint(causes, p, enters) if present else None,
         untestable=untestable(evidence.effects),

@@ -362,8 +362,10 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
     assert doubt(60.0, 1.0) == pytest.approx(decide.LARGEST_DOUBT)
     assert doubt(50.0, 1.0) == pytest.approx(0.5)
     assert doubt(40.0, 1.0) == pytest.approx(0.0)
-    # Inside of its bounds, or where it is absent, its size is no reason.
+    # Inside of its bounds, or where it is absent, its size is no reason. With its prior: the data
+    # alone would have the second one a little larger, on its bound.
     assert doubt(60.0, 0.9) == pytest.approx(0.0)
+    assert doubt(60.0, 0.995) == pytest.approx(0.0)
     assert doubt(60.0, 0.0) == pytest.approx(0.0)
 
 

@@ -181,10 +181,14 @@ def _doubt(fitted: Fit, squares: Squares) -> float:
 
 
 def _primary_on_bound(fitted: Fit) -> bool:
-    """Whether the primary amplitude of any effect is as large as it may be."""
+    """Whether the primary amplitude of any effect is as large as it may be.
+
+    Its prior, which pulls it from there, counts: in two opened cases right causes lay on a bound
+    without it only.
+    """
     counts = [len(effect.params) for effect in fitted.hypothesis.effects]
     first = np.cumsum([0, *counts[:-1]])
-    return bool(_on_bound(fitted, freed_of_prior(fitted)[0])[first].any())
+    return bool(_on_bound(fitted, fitted.x)[first].any())
 
 
 def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:

@@ -135,6 +135,10 @@ def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
     large = case(key(TEAR, amplitude=0.5), answer({TEAR: 0.9}, **seen))
     small = case(key(TEAR, amplitude=0.7), answer({GAIN: 0.9}, **seen))
     unlisted = case(key(TEAR, amplitude=0.1), answer({GAIN: 0.9}))
+    other = [{"label": TEAR, "parameter": "slack_factor", "value": 0.9}]
+    by_another = {"gap": {"present": True, "smallest_detectable": other}}
+    unmeasured = case(key(TEAR, amplitude=0.7), answer({TEAR: 0.9}, **by_another))
+    assert unmeasured.large
     unanswered = case(key(TEAR), None)
     assert [c.large for c in (large, small, unlisted, unanswered)] == [True, False, False, True]
     scores = group_scores([large, small, unlisted, unanswered])

@@ -136,12 +136,12 @@ class ScoredCase:
         [effect] = self.key["effects"]
         if self.answer is None or self.answer["gap"] is None or effect["parameter"] is None:
             return True
-        off = _off(effect["parameter"])
-        return any(
-            abs(effect["amplitude"] - off) >= LARGE_MULTIPLE * abs(found["value"] - off)
-            for found in self.answer["gap"]["smallest_detectable"]
-            if found["label"] == effect["label"] and found["parameter"] == effect["parameter"]
-        )
+        off, listed = _off(effect["parameter"]), self.answer["gap"]["smallest_detectable"]
+        smallest = {d["parameter"]: d["value"] for d in listed if d["label"] == effect["label"]}
+        if effect["parameter"] not in smallest:
+            return bool(smallest)
+        least = abs(smallest[effect["parameter"]] - off)
+        return abs(effect["amplitude"] - off) >= LARGE_MULTIPLE * least
 
     @property
     def true_candidate(self) -> Mapping[str, Any] | None:

@@ -275,7 +275,7 @@ class MadeFit:
     """What probabilities need of a fit: one parameter, absent at 0, at most 1."""
 
     hypothesis = SimpleNamespace(
-        effects=(SimpleNamespace(params=(None,)),),
+        effects=(SimpleNamespace(params=(SimpleNamespace(unit="deg"),)),),
         bounds=(np.zeros(1), np.ones(1)),
         prior_sd=np.ones(1),
     )
@@ -367,6 +367,17 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
     assert doubt(60.0, 0.9) == pytest.approx(0.0)
     assert doubt(60.0, 0.995) == pytest.approx(0.0)
     assert doubt(60.0, 0.0) == pytest.approx(0.0)
+
+
+def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
+    """Two angles and a shape."""
+    params = tuple(SimpleNamespace(unit=unit) for unit in ("deg", "deg", "1"))
+    bounds = (np.full(3, -20.0), np.full(3, 20.0))
+    hypothesis = SimpleNamespace(effects=(SimpleNamespace(params=params),), bounds=bounds)
+    assert decide._as_large_as_may_be(SimpleNamespace(hypothesis=hypothesis, x=[5.0, 20.0, 0.0]))
+    assert not decide._as_large_as_may_be(
+        SimpleNamespace(hypothesis=hypothesis, x=[5.0, -15.0, 20.0])
+    )
 
 
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):

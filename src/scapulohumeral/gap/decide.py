@@ -50,7 +50,7 @@ DOUBTED = 0.8
 # errors that are too small. Noise counts as large as effect-free cases ask for. In 17 opened cases
 # right causes had 0.4 to 1.3 then; in a published simulation without cuff against the healthy one,
 # where the library has no single cause, the best had 1.6. So is one that leaves as much with an
-# amplitude on its bound: it would be larger than anybody has found.
+# amplitude on its bound, its prior notwithstanding: it would be larger than anybody has found.
 LEAVING, MISFIT = (0.25, 0.5), (1.2, 1.5)
 # No cause is doubted entirely, so that doubted ones keep their order.
 LARGEST_DOUBT = 0.95
@@ -175,20 +175,23 @@ def _doubt(fitted: Fit, squares: Squares) -> float:
     """Share of a fit's probability that belongs to none of these."""
     left = _exceeding(fitted, squares)
     misfit = fitted.misfit / squares.excess**2
-    misfitting = 1.0 if _primary_on_bound(fitted) else _ramp(misfit, *MISFIT)
+    misfitting = 1.0 if _as_large_as_may_be(fitted) else _ramp(misfit, *MISFIT)
     doubt = max(_ramp(left, DOUBTED, 1.0), min(_ramp(left, *LEAVING), misfitting))
     return min(doubt, LARGEST_DOUBT)
 
 
-def _primary_on_bound(fitted: Fit) -> bool:
-    """Whether the primary amplitude of any effect is as large as it may be.
+def _as_large_as_may_be(fitted: Fit) -> bool:
+    """Whether an amplitude of any effect lies on a bound: the primary one, or one in its unit.
 
-    Its prior, which pulls it from there, counts: in two opened cases right causes lay on a bound
-    without it only.
+    Their priors, which pull them from there, count: in two opened cases right causes lay on a bound
+    without them only.
     """
-    counts = [len(effect.params) for effect in fitted.hypothesis.effects]
-    first = np.cumsum([0, *counts[:-1]])
-    return bool(_on_bound(fitted, fitted.x)[first].any())
+    amplitude = [
+        param.unit == effect.params[0].unit
+        for effect in fitted.hypothesis.effects
+        for param in effect.params
+    ]
+    return bool(_on_bound(fitted, fitted.x)[amplitude].any())
 
 
 def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:

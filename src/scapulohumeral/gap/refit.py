@@ -21,8 +21,8 @@ from scapulohumeral.ocp.solver import Start
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
 LARGEST_STEP = 1.5
 MARGIN = 1e-4
-# Iterations of a warm solve: in 60 blind cases 540 of 549 solves needed fewer, and six never
-# arrived, in one and a half to three minutes each.
+# Iterations of a warm solve of a tracked movement: in 60 blind cases 540 of 549 needed fewer, and
+# six never arrived, in one and a half to three minutes each. A predicted one needed 61.
 WARM_ITERATIONS = 60
 
 
@@ -54,7 +54,9 @@ def refit(
             for response in responses
         ]
     starts = [response.point for response in responses]
-    iterations = min(WARM_ITERATIONS, settings.iterations)
+    iterations = settings.iterations
+    if settings.view == "tracking":
+        iterations = min(WARM_ITERATIONS, iterations)
     for _ in range(settings.refits):
         x = _limited(current)
         values, slopes = [], []

@@ -71,7 +71,9 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
     """Diagnoses of the recordings, and what blind cases say about such diagnoses."""
     if not study.diagnoses and not study.blind_scores:
         return None
-    card = study.blind_scores[-1] if study.blind_scores else None
+    # Of several draws the newest of the largest: small ones say little.
+    newest_first = reversed(study.blind_scores)
+    card = max(newest_first, key=lambda one: one["scored"]["cases"], default=None)
     return {
         "verdicts": gap_tables.verdict_table(study.diagnoses),
         "diagnoses": [

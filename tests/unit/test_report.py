@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.report import gap_tables, kinematics, targets
 from scapulohumeral.report.assumptions import find_assumptions
+from scapulohumeral.report.chapters import gap_chapter
 from scapulohumeral.report.gimbal import gimbal_lock, spike_sentence, spikes
 from scapulohumeral.report.render import clavicle_point, render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
@@ -244,19 +246,22 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
     error = {"relative_error": {"median": 0.3, "n": 2}}
     scores = {"false_alarms": rate, "detection": rate, "family_top1": rate, "amplitude": error}
+    scores["cases"] = {"single": 2}
     cards = [
         {
             "sealed": {"date": date},
             "look": "first look",
-            "scored": {"cases": 60},
+            "scored": {"cases": cases},
             "answered": {"code": "a" * 64},
             "plants": {"P1": {"all": scores}},
         }
-        for date in ("2026-01-01", "2026-02-01")
+        for date, cases in (("2026-01-01", 60), ("2026-02-01", 60), ("2026-03-01", 20))
     ]
     table = gap_tables.draw_table(cards)
-    assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01"]
+    assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01", "2026-03-01"]
     assert table.rows[0][-2:] == ("50 % [10 %, 90 %], 2 cases", "0.3 (2 cases)")
+    # The newest of the largest is shown whole.
+    assert gap_chapter(SimpleNamespace(diagnoses=[], blind_scores=cards))["card"] is cards[1]
 
 
 def test_study_without_diagnosis_says_so(html: str) -> None:

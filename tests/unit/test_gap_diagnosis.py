@@ -369,6 +369,19 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
     assert doubt(60.0, 0.0) == pytest.approx(0.0)
 
 
+def test_two_causes_together_have_to_explain():
+    def doubt(left):
+        both = MadeFit("a", 50.0, left)
+        both.hypothesis = SimpleNamespace(
+            effects=2 * MadeFit.hypothesis.effects, bounds=(np.zeros(1), np.ones(1))
+        )
+        return judged([both, MadeFit("b", 10.0)]).none
+
+    assert doubt(60.0) == pytest.approx(decide.LARGEST_DOUBT)
+    assert doubt(50.0) == pytest.approx(0.5)
+    assert doubt(40.0) == pytest.approx(0.0)
+
+
 def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
     """Two angles and a shape."""
     params = tuple(SimpleNamespace(unit=unit) for unit in ("deg", "deg", "1"))

@@ -372,8 +372,9 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
 def test_two_causes_together_have_to_explain():
     def doubt(left):
         both = MadeFit("a", 50.0, left)
+        both.x = np.array([0.5, 0.5])
         both.hypothesis = SimpleNamespace(
-            effects=2 * MadeFit.hypothesis.effects, bounds=(np.zeros(1), np.ones(1))
+            effects=2 * MadeFit.hypothesis.effects, bounds=(np.zeros(2), np.ones(2))
         )
         return judged([both, MadeFit("b", 10.0)]).none
 

@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +149,11 @@ class ScoredCase:
         """The candidate of the injected effect; None without an answer or if it is none."""
         candidates = () if self.verdict is None else self.verdict["candidates"]
         return next((c for c in candidates if matches(c["label"], self.truth[0])), None)
+
+    @cached_property
+    def baselines(self) -> dict[str, str]:
+        """Family that each simple method names; read once, a case belongs to several groups."""
+        return baseline_families(self.folder, self.answer_folder)
 
     @property
     def claims_gap(self) -> bool:
@@ -463,7 +469,7 @@ def _baseline_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     """Family top-1 of simple methods on the same cases."""
     hits: dict[str, list[bool]] = {}
     for case in single:
-        for method, name in baseline_families(case.folder, case.answer_folder).items():
+        for method, name in case.baselines.items():
             hits.setdefault(method, []).append(name == family(case.truth[0]))
     return {method: rate(values) for method, values in sorted(hits.items())}
 

@@ -11,7 +11,7 @@ from typing import Any
 from scapulohumeral.report.tables import Table
 
 SHOWN_CANDIDATES = 5
-# Rows of the score card: name, path in the scores of a plant, unit of a median, target.
+# Rows of the score card, rates and medians: name, path in the scores of a plant, bar.
 SCORES = (
     ("false alarms on cases without effect", ("false_alarms",), "at most 8 %"),
     ("effects twice the smallest detectable: gap found", ("large", "detection"), "at least 95 %"),

@@ -22,6 +22,7 @@ from scapulohumeral.gap.observe import channel_names, difference, phase_function
 from scapulohumeral.gap.result import Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures import (
     DOF,
+    FIRMNESS,
     SMOOTH,
     Response,
     record_derivative,
@@ -48,10 +49,13 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = 10 + len(recorder.channels)
     signatures = tuple(
-        np.stack([smooth_change(f"{e.label}{p.name}", channels) for p in e.params])
-        if e.changes_body
-        else record_derivative(e, np.zeros(len(e.params)), anchor)
-        for e in effects
+        tuple(
+            np.stack([smooth_change(f"{e.label}{p.name}{kept}", channels) for p in e.params])
+            if e.changes_body
+            else record_derivative(e, np.zeros(len(e.params)), anchor)
+            for e in effects
+        )
+        for kept in ("", *(f" kept {f}" for f in FIRMNESS[1:]))
     )
     slack = np.stack(
         [[smooth_change(f"slack{i}{k}", channels) for k in range(SMOOTH)] for i in range(DOF)]
@@ -61,7 +65,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
     session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
     return Response(
         task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures, posture=none,
-        session=session, followed=tuple(0.0 * s for s in signatures),
+        session=session, followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session, slack=slack, levers=levers,
         needed=np.zeros((NODES - 1, 10)),
     )  # fmt: skip
@@ -88,10 +92,10 @@ def trial(task, repeat, change, emg, seed):
     return GapTrial(f"{task}_r{repeat}", task, repeat, time, angles, series, None, window, Path())
 
 
-def case(effect=None, emg=True, reference=True, repeats=3, tasks=tuple(TASKS)):
+def case(effect=None, emg=True, reference=True, repeats=3, tasks=tuple(TASKS), kept=""):
     change = np.zeros((NODES, 12))
     if effect:
-        change = AMOUNT * smooth_change(f"{effect}f0_factor", 12)
+        change = AMOUNT * smooth_change(f"{effect}f0_factor{kept}", 12)
     sides = [
         [
             trial(task, i, amount, emg, 100 * side + 10 * i + len(task))
@@ -116,6 +120,15 @@ def diagnosed(**how):
     done = diagnose(case(**how), None, SETTINGS)
     to_json(replace(done, hashes=HASHES))
     return done
+
+
+@pytest.mark.parametrize("firmness", FIRMNESS)
+def test_effects_are_found_however_firmly_the_movement_is_kept(firmness):
+    kept = "" if firmness == 1.0 else f" kept {firmness}"
+    answer = diagnosed(effect=RIGHT, kept=kept)
+    assert answer.candidates[0].label == RIGHT
+    errors = dict(answer.curves["errors"].to_numpy().tolist())
+    assert errors["firmness"] == firmness
 
 
 def smallest_gain(answer):

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 from test_gap_attribute import DAMPING, EFFECTS, GAIN, LOAD, MASS, comparison, hypothesis, noise
 
+from scapulohumeral.gap import pairs as pairs_module
 from scapulohumeral.gap.attribute import fit, no_gap_evidence, pair
 from scapulohumeral.gap.evidence import _density
 from scapulohumeral.gap.pairs import PARTNERS, paired
@@ -18,10 +19,14 @@ LEADER = hypothesis(DAMPING, 1)
 OTHERS = [hypothesis(e, 10 + i) for i, e in enumerate(EFFECTS.values()) if e is not DAMPING]
 
 
+def even(singles):
+    return {f.label: 1.0 / len(singles) for f in singles}
+
+
 def pairs(delta, others=OTHERS):
     there = comparison(delta)
     singles = [fit(h, there, ERROR) for h in (LEADER, *others)]
-    return paired(singles[:1], singles, there, ERROR)
+    return paired(singles, even(singles), there, ERROR)
 
 
 def test_a_partner_that_explains_little_by_itself_is_found():
@@ -34,7 +39,8 @@ def test_a_partner_that_explains_little_by_itself_is_found():
     assert best.label == "body/joint_damping/GH + body/segment_mass/forearm"
 
 
-def test_partners_are_few_and_of_another_family():
+def test_partners_are_few_and_of_another_family(monkeypatch):
+    monkeypatch.setattr(pairs_module, "LEADERS", 1)
     found = pairs(LEADER.slope @ [2.0] + noise(1))
     assert len(found) == PARTNERS
     families = [{effect.family for effect in f.hypothesis.effects} for f in found]
@@ -44,7 +50,7 @@ def test_partners_are_few_and_of_another_family():
 def test_each_pair_is_fitted_once():
     there = comparison(LEADER.slope @ [2.0] + noise(1))
     singles = [fit(h, there, 0.2) for h in (LEADER, hypothesis(LOAD, 5), hypothesis(GAIN, 6))]
-    found = paired(singles, singles, there, 0.2)
+    found = paired(singles, even(singles), there, 0.2)
     assert sorted(f.label for f in found) == [
         "body/hand_load + body/joint_damping/GH",
         "body/hand_load + body/strength_loss/biceps",
@@ -59,8 +65,8 @@ def test_pairs_pay_for_what_errors_of_the_stronger_effect_may_mimic(error):
     for strong, share in ((LEADER, error), (hypothesis(EMG_GAIN, 7), 0.5 * error)):
         there = comparison(strong.slope @ [1.0] + noise(2))
         one, other = fit(strong, there, error), fit(weak, there, error)
-        [both] = paired([other], [one, other], there, error)
-        paid = fit(pair(other, one), there, error).log_evidence - both.log_evidence
+        [both] = paired([one, other], even([one, other]), there, error)
+        paid = fit(pair(one, other), there, error).log_evidence - both.log_evidence
         alone = one.log_evidence - no_gap_evidence(there)
         assert alone > 50.0
         assert paid == pytest.approx(share**2 / 3.0 * alone)

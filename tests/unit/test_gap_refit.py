@@ -34,7 +34,7 @@ def weakened(quaternion_equations):
     slope = local.by_effect(WEAK, np.zeros(1))
     nothing = np.zeros(0)
     response = Response(
-        task="t", anchor=anchor, nominal=local.observed, point=point, effects=(slope,),
+        task="t", anchor=anchor, nominal=local.observed, point=point, effects=((slope,),),
         posture=nothing, session=nothing, followed=(), followed_session=nothing, slack=nothing,
         levers=nothing, needed=nothing,
     )  # fmt: skip
@@ -52,7 +52,7 @@ def screened(response, change):
         (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
-    slope = comparison.compress([response.effects[0]])
+    slope = comparison.compress([response.effects[0][0]])
     hypothesis = Hypothesis((WEAK,), np.zeros(1), np.zeros((72, 1)), slope)
     return comparison, fit(hypothesis, comparison, 0.0)
 
@@ -62,7 +62,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
     comparison, first = screened(response, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
-    found = refit(first, comparison, [response], None, RECORDER, settings)
+    found = refit(first, comparison, [response], None, RECORDER, 1.0, settings)
     linear, solved = (WEAK.physical(f.x)[0] for f in (first, found))
     assert solved == pytest.approx(LEFT, rel=0.05)
     assert abs(linear - LEFT) > abs(solved - LEFT)
@@ -81,6 +81,6 @@ def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
     monkeypatch.setattr(refit_module.Resolve, "solved", never)
     comparison, first = screened(response, change)
     with pytest.raises(SolveError, match="no"):
-        refit(first, comparison, [response], None, RECORDER, SETTINGS)
+        refit(first, comparison, [response], None, RECORDER, 1.0, SETTINGS)
     assert tried == [WARM_ITERATIONS]
     assert SETTINGS.iterations > WARM_ITERATIONS

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_movement import CHANNELS, NODES, SETTINGS, small_movement, small_record
+from gap_movement import CHANNELS, NODES, SETTINGS, SETUP, small_movement, small_record
 
 from scapulohumeral.gap.case import EmgSeries, GapTrial
 from scapulohumeral.gap.effects.base import Observed
 from scapulohumeral.gap.effects.frames import turn_frame
+from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import (
+    KINEMATIC_CHANNELS,
     channel_names,
     difference,
     electrode_matrix,
@@ -86,16 +88,57 @@ def test_prediction_follows_a_record_that_is_wrong(local):
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
 
 
+def followed(local):
+    """A movement that muscles can follow to a few degrees, and its solution."""
+    angles = pose_to_trial(local.move.trajectory(local.point).q) + 0.02
+    move = replace(local.move, objective=local.move.with_reference(angles), angles_rad=angles)
+    return move, move.solved(move.body, local.point, 200)
+
+
+def test_who_keeps_a_movement_firmly_shows_effects_less_in_its_angles(local):
+    """As derivative and as solution: elsewhere the muscles have to make up for it."""
+    move, point = followed(local)
+    loose = Linearised(move, move.body, point, 0.44, RECORDER)
+    firm = loose.kept(10.0)
+    load = next(e for e in library(SETUP) if e.label == "body/hand_load")
+    conditions = loose.conditions(load, np.zeros(2))
+    give, keep = (one.through(conditions)[0] for one in (loose, firm))
+    elbow = KINEMATIC_CHANNELS.index("EL_rx")
+    assert np.linalg.norm(keep[:, elbow]) < 0.5 * np.linalg.norm(give[:, elbow])
+    solved = []
+    for kg in (0.05, 0.0):
+        body = load.apply(move.body, np.array([kg, 0.0]))
+        x = move.trajectory(firm.move.solved(body, point, 200))
+        solved.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
+    change = difference(*solved)
+    assert np.linalg.norm(change - 0.05 * keep) < 0.1 * np.linalg.norm(change)
+
+
+def test_firmness_leaves_the_solution(local):
+    move, point = followed(local)
+    kept = move.kept(point, 10.0)
+    before, after = (
+        predicted(move.trajectory(p), 0.44, CHANNELS, RECORDER.electrodes, False)
+        for p in (point, kept.solved(move.body, point, 200))
+    )
+    channels = np.array([*KINEMATIC_CHANNELS, *CHANNELS])
+    off = np.abs(difference(after, before)).max(axis=0)
+    assert off[np.isin(channels, KINEMATIC_CHANNELS)].max() < 0.05
+    assert off[np.isin(channels, CHANNELS)].max() < 0.005
+    assert move.kept(point, 1.0) is move
+
+
 def test_residual_keeps_what_the_prediction_has_not_followed(local):
     wrong, followed = np.full((1, 2, 3), 5.0), np.full((1, 2, 3), 4.0)
     none = np.zeros(0)
     response = Response(
         task="t", anchor=small_record(), nominal=small_record(), point=local.point,
-        effects=(wrong,), posture=none, session=wrong, followed=(followed,),
+        effects=((wrong,), (2.0 * wrong,)), posture=none, session=wrong, followed=(followed,),
         followed_session=0.5 * followed, slack=none, levers=none, needed=none,
     )  # fmt: skip
     residual = response.of_residual()
-    np.testing.assert_allclose(residual.effects[0], 1.0)
+    np.testing.assert_allclose(residual.effects[0][0], 1.0)
+    np.testing.assert_allclose(residual.effects[1][0], 6.0)
     np.testing.assert_allclose(residual.session, 3.0)
 
 

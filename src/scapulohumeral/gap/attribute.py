@@ -13,7 +13,7 @@ Letters: D coefficients, P parameters, T tasks, K channels, N nodes, B phase fun
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,13 +92,10 @@ class Hypothesis:
         return self.value + np.stack([slope @ by for slope, by in parts], axis=1)
 
     def error(self, x: np.ndarray, comparison: Comparison, relative: float) -> SignatureError:
-        """Error of the change predicted at internal parameters (P,), that of each effect by itself.
-
-        What acts on the record itself is known better than what a person's control makes of it.
-        """
+        """Error of the change predicted at internal parameters (P,), of each effect by itself."""
         covariance = np.zeros((len(self.slope), len(self.slope)))
         for effect, change in zip(self.effects, self.changes(x).T, strict=True):
-            share = relative if effect.changes_body else RECORD_SHARE * relative
+            share = own_error(effect, relative)
             covariance += change_error(comparison, change, share, effect.changes_body)
         if self.own is not None and relative:
             for levels in (OWN_GAIN * x * self.own).T:
@@ -161,10 +158,17 @@ class SignatureError:
         """Sum of squares of a whitened residual (D,) in units of I + E."""
         return float(residual @ self.solve(residual))
 
-    def log_density(self, residual: np.ndarray) -> float:
-        """Log density of a whitened residual (D,)."""
-        normalisation = self.logdet + len(residual) * np.log(2.0 * np.pi)
-        return -0.5 * (self.squares(residual) + normalisation)
+    def log_density(self, squares: float, count: int) -> float:
+        """Log density of a whitened residual with a sum of squares in units of I + E."""
+        return -0.5 * (squares + self.logdet + count * np.log(2.0 * np.pi))
+
+
+def own_error(effect: Effect, relative: float) -> float:
+    """Relative error of an effect's change, of the signature error.
+
+    What acts on the record itself is known better than what a person's control makes of it.
+    """
+    return relative if effect.changes_body else RECORD_SHARE * relative
 
 
 def change_error(
@@ -217,10 +221,11 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
     curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
     residual = system.residual(x)
+    squares = error.squares(residual)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
-        error.log_density(residual)
+        error.log_density(squares, len(residual))
         + _log_prior(hypothesis, x)
         + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
@@ -231,7 +236,7 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
         np.linalg.inv(curvature),
         log_evidence,
         left=float(residual @ residual),
-        misfit=error.squares(residual) / len(residual),
+        misfit=squares / len(residual),
     )
 
 
@@ -262,7 +267,9 @@ class _System:
 
     def loss(self, x: np.ndarray, error: SignatureError) -> float:
         """Negative log density of the difference and parameters (P,), up to one-sided priors."""
-        return -error.log_density(self.residual(x)) - _log_prior(self.hypothesis, x)
+        residual = self.residual(x)
+        density = error.log_density(error.squares(residual), len(residual))
+        return -density - _log_prior(self.hypothesis, x)
 
     def settled(self, start: np.ndarray) -> np.ndarray:
         """Parameters (P,) that least squares with the error of their own prediction returns.
@@ -387,6 +394,6 @@ def distance(
     return float(np.sqrt(remaining @ error.solve(remaining)))
 
 
-def strongest(fits: Sequence[Fit], priors: dict[str, float], count: int) -> list[Fit]:
+def strongest(fits: Sequence[Fit], priors: Mapping[str, float], count: int) -> list[Fit]:
     """The fits with most evidence and prior, the best first."""
     return sorted(fits, key=lambda f: -(f.log_evidence + np.log(priors[f.label])))[:count]

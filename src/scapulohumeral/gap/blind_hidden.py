@@ -24,7 +24,6 @@ from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.evidence import effects_of, read_records, repeat_noise
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
-from scapulohumeral.gap.forward import movement, with_state
 from scapulohumeral.gap.movement import movement_window
 from scapulohumeral.gap.observe import channel_kind, difference, phase_functions
 from scapulohumeral.gap.participant_model import (
@@ -32,12 +31,12 @@ from scapulohumeral.gap.participant_model import (
     ParticipantModel,
     participant_model,
 )
-from scapulohumeral.gap.refit import Resolve, recorded_change
+from scapulohumeral.gap.refit import Resolve, kept_movement, recorded_change
 from scapulohumeral.gap.result import JOIN
 from scapulohumeral.gap.run import read_case, read_config
 from scapulohumeral.gap.settings import GapSettings, read_settings
 from scapulohumeral.gap.shrinkage import remaining
-from scapulohumeral.gap.signatures import respond
+from scapulohumeral.gap.signatures import FIRMNESS, respond
 
 log = logging.getLogger(__name__)
 
@@ -71,14 +70,13 @@ def hidden_shrinkage(
     whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
     hidden = replace(case, test=(test,), reference=tuple(references))
     errors = read_table(scored.answer_folder, "errors").set_index("error")["value"]
-    share = float(errors["session_share"])
     table = read_table(scored.answer_folder, "factors")
     factors = table[table["label"] == candidate["label"]].pivot(
         index="effect", columns="channel", values="factor"
     )
     try:
         model = participant_model(whole, model_settings, cache)
-        c, removed = _compared(case, hidden, candidate, factors, model, settings, share)
+        c, removed = _compared(case, hidden, candidate, factors, errors, model, settings)
     except SolveError as error:
         log.warning("%s: hidden task: %s", scored.folder.name, error)
         return None
@@ -111,14 +109,16 @@ def _compared(
     hidden: Case,
     candidate: Mapping[str, Any],
     factors: pd.DataFrame,
+    errors: pd.Series,
     model: ParticipantModel,
     settings: GapSettings,
-    session_share: float,
 ) -> tuple[Comparison, np.ndarray]:
     """The difference on the hidden task, and the change (D,) that a candidate predicts.
 
-    `factors` has effects as rows and channels as columns.
+    `factors` has effects as rows and channels as columns, `errors` what the diagnosis found of
+    person and sessions.
     """
+    firmness, share = float(errors["firmness"]), float(errors["session_share"])
     effects = _ordered(effects_of(case, model, settings), candidate)
     records = read_records(case, model, settings, [])
     unseen = read_records(hidden, model, settings, [])
@@ -135,7 +135,7 @@ def _compared(
     repeats = noise.covariance * sum(len(records.test) / len(trials) for trials in sides)
     comparison = Comparison(
         delta=compress([difference(test, base)], functions),
-        covariance=total_covariance(repeats, [response], functions, spread, session_share),
+        covariance=total_covariance(repeats, [response], functions, spread, share),
         noise=repeats,
         functions=functions,
         tasks=("hidden",),
@@ -144,12 +144,13 @@ def _compared(
     )
     values = iter([parameter["value"] for parameter in candidate["parameters"]])
     change = np.zeros_like(comparison.delta)
-    for effect, slope in zip(effects, response.effects, strict=True):
+    slopes = response.effects[FIRMNESS.index(firmness)]
+    for effect, slope in zip(effects, slopes, strict=True):
         x = np.array([p.internal(next(values)) for p in effect.params])
         if not records.reference:
             own = np.tensordot(x, slope, 1)
         elif effect.changes_body:
-            move = with_state(movement(model, anchor, settings), response.point)
+            move = kept_movement(model, response, firmness, settings)
             resolve = Resolve(move, response, records.recorder, settings.iterations)
             own = resolve.solved(effect, x, response.point)[0]
         else:

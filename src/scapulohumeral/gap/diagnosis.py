@@ -277,6 +277,7 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
 def _errors(evidence: Evidence) -> list[tuple[str, float]]:
     """What was found most probable of the errors that are assumed."""
     return [
+        ("firmness", evidence.firmness),
         ("session_share", evidence.session_share),
         ("signature_error", evidence.settings.signature_error),
     ]

@@ -22,7 +22,6 @@ from scapulohumeral.gap.attribute import (
     black_box_evidence,
     fit,
     no_gap_evidence,
-    strongest,
 )
 from scapulohumeral.gap.case import Case, GapTrial
 from scapulohumeral.gap.effects.base import Effect, Observed, Setup
@@ -39,11 +38,11 @@ from scapulohumeral.gap.observe import (
     phase_functions,
     recorded,
 )
-from scapulohumeral.gap.pairs import LEADERS, paired
+from scapulohumeral.gap.pairs import paired
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import TrialDifference
-from scapulohumeral.gap.signatures import Recorder, Response, respond
+from scapulohumeral.gap.signatures import FIRMNESS, Recorder, Response, respond
 from scapulohumeral.gap.workers import side_by_side
 
 log = logging.getLogger(__name__)
@@ -88,6 +87,7 @@ class Evidence:
     responses : nominal solutions
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
+    firmness : most probable one with which the person keeps a movement against effects
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
     screened : all effects fitted to derivatives at the nominal solutions
@@ -103,6 +103,7 @@ class Evidence:
     responses: tuple[Response, ...]
     boxes: Disturbances
     referenced: bool
+    firmness: float
     session_share: float
     settings: GapSettings
     screened: tuple[Fit, ...]
@@ -200,23 +201,32 @@ def gather(
         noise=noise,
         effects=effects,
         prior={**single, **decide.pair_priors(single, reserved)},
-        hypotheses=_linearised(effects, functions, responses, (records.recorder, groups)),
+        hypotheses=(),
         recorder=records.recorder,
         responses=responses,
         boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
+        firmness=1.0,
         session_share=1.0,
         settings=settings,
         screened=(),
     )
-    # Without reference trials the model's own error counts far more than what sessions change.
-    tried = [
-        _supposing(evidence, share, error)
-        for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
-        for error in ERROR_SHARES
-    ]
+    # Without reference trials the model's own error counts far more than what sessions change, and
+    # the prediction follows the recording, however firmly that was kept.
+    tried = []
+    for firmness in FIRMNESS if records.reference else FIRMNESS[:1]:
+        known = _linearised(effects, functions, responses, (records.recorder, groups), firmness)
+        kept = replace(evidence, firmness=firmness, hypotheses=known)
+        tried += [
+            _supposing(kept, share, error)
+            for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
+            for error in ERROR_SHARES
+        ]
     density = [_density(one) for one in tried]
-    log.info("log density by session share and signature error: %s", np.round(density, 1).tolist())
+    log.info(
+        "log density by firmness, session share and signature error: %s",
+        np.round(density, 1).tolist(),
+    )
     best = tried[int(np.argmax(density))]
     singles = (replace(t, comparison=_supposed(best, t.comparison)) for t in best.trials)
     return replace(best, trials=tuple(singles))
@@ -250,8 +260,7 @@ def _density(evidence: Evidence) -> float:
     Pairs are among them, or what one of two effects leaves would count as an error.
     """
     c, settings = evidence.comparison, evidence.settings
-    leaders = strongest(evidence.screened, evidence.prior, LEADERS)
-    pairs = paired(leaders, evidence.screened, c, settings.signature_error)
+    pairs = paired(evidence.screened, evidence.prior, c, settings.signature_error)
     known = [*evidence.screened, *pairs]
     logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in known]
     logs.append(black_box_evidence(c, evidence.boxes.columns) + np.log(settings.prior_none))
@@ -357,11 +366,13 @@ def _linearised(
     functions: np.ndarray,
     responses: Sequence[Response],
     seen: tuple[Recorder, np.ndarray],
+    firmness: float,
 ) -> tuple[Hypothesis, ...]:
     """All effects at the nominal solutions; `seen` are electrodes and groups (M,) of muscles."""
     found = []
+    kept = [response.effects[FIRMNESS.index(firmness)] for response in responses]
     for i, effect in enumerate(effects):
-        slope = compress([response.effects[i] for response in responses], functions)
+        slope = compress([changes[i] for changes in kept], functions)
         own = _own_levels(effect, functions, responses, seen)
         found.append(
             Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((len(slope), 1)), slope, own)

@@ -23,7 +23,12 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.base import JOINTS, Body, Observed
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.model.rotations import pose_to_trial, quaternion_to_matrix
+from scapulohumeral.model.rotations import (
+    pose_between,
+    pose_to_trial,
+    quaternion_to_matrix,
+    trial_to_pose,
+)
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
@@ -202,6 +207,25 @@ class Movement:
     def with_weights(self, weights: Weights) -> Movement:
         """The same movement with other weights."""
         return self._varied(objective=replace(self.objective, weights=weights))
+
+    def kept(self, point: Start, firmness: float) -> Movement:
+        """The same movement of a person who keeps its solution more firmly against effects.
+
+        Tracking counts `firmness` times as much, of a motion that much nearer to the solution: the
+        solution is the same, and what departs from it costs more.
+        """
+        if firmness == 1.0:
+            return self
+        pose = pose_between(
+            self.trajectory(point).q, trial_to_pose(self.angles_rad), 1.0 / firmness
+        )
+        weights = self.objective.weights
+        return self._varied(
+            objective=replace(
+                self.with_reference(pose_to_trial(pose)),
+                weights=replace(weights, trajectory=firmness * weights.trajectory),
+            )
+        )
 
     def with_nominal_body(self, body: Body) -> Movement:
         """The same movement with another nominal body of equal equations without effects."""

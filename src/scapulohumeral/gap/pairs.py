@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from scapulohumeral.gap.attribute import (
-    RECORD_SHARE,
     Fit,
     Hypothesis,
     SignatureError,
     fit,
     no_gap_evidence,
+    own_error,
     pair,
+    strongest,
 )
 from scapulohumeral.gap.floor import Comparison
 
@@ -27,16 +28,19 @@ MIMICRY = 1.0 / 3.0
 
 
 def paired(
-    leaders: Sequence[Fit], singles: Sequence[Fit], comparison: Comparison, relative_error: float
+    singles: Sequence[Fit],
+    prior: Mapping[str, float],
+    comparison: Comparison,
+    relative_error: float,
 ) -> list[Fit]:
-    """Each leader with the effects of other families that explain most of what it leaves.
+    """The most probable effects with those of other families that explain most of what they leave.
 
     Of the log evidence of a pair, what errors of its stronger effect may mimic is taken off: it
     grows with the square of that effect, as its own log evidence does.
     """
     found: dict[str, Fit] = {}
     nothing = no_gap_evidence(comparison)
-    for leader in leaders:
+    for leader in strongest(singles, prior, LEADERS):
         error = leader.hypothesis.error(leader.x, comparison, relative_error)
         left = comparison.whiten(comparison.delta - leader.predicted)
         family = leader.hypothesis.effects[0].family
@@ -54,7 +58,7 @@ def paired(
 def _mimicked(alone: Fit, nothing: float, relative_error: float) -> float:
     """Log evidence that a second effect may gain by errors of what one alone predicts."""
     [effect] = alone.hypothesis.effects
-    share = relative_error if effect.changes_body else RECORD_SHARE * relative_error
+    share = own_error(effect, relative_error)
     return MIMICRY * share**2 * max(alone.log_evidence - nothing, 0.0)
 
 

@@ -32,6 +32,7 @@ def refit(
     responses: Sequence[Response],
     model: ParticipantModel,
     recorder: Recorder,
+    firmness: float,
     settings: GapSettings,
 ) -> Fit:
     """Gauss-Newton on the parameters of one effect, every step with new solutions of all tasks.
@@ -41,6 +42,7 @@ def refit(
     first : fit to derivatives at the nominal solution
     comparison, responses : what is explained, and the nominal solutions
     model, recorder, settings : as for `signatures.respond`
+    firmness : with which the person keeps the movement
 
     Raises
     ------
@@ -49,10 +51,7 @@ def refit(
     [effect] = first.hypothesis.effects
     current, moves = first, []
     if effect.changes_body:
-        moves = [
-            with_state(movement(model, response.anchor, settings), response.point)
-            for response in responses
-        ]
+        moves = [kept_movement(model, response, firmness, settings) for response in responses]
     starts = [response.point for response in responses]
     iterations = settings.iterations
     if settings.view == "tracking":
@@ -77,6 +76,14 @@ def refit(
         )
         current = fit(hypothesis, comparison, settings.signature_error)
     return current
+
+
+def kept_movement(
+    model: ParticipantModel, response: Response, firmness: float, settings: GapSettings
+) -> Movement:
+    """The movement of a response, kept with a firmness, ready to be solved with effects."""
+    move = with_state(movement(model, response.anchor, settings), response.point)
+    return move.kept(response.point, firmness)
 
 
 def _limited(current: Fit) -> np.ndarray:

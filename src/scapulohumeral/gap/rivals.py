@@ -8,7 +8,7 @@ from typing import Any
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.attribute import Fit, strongest
 from scapulohumeral.gap.evidence import Evidence
-from scapulohumeral.gap.pairs import LEADERS, paired
+from scapulohumeral.gap.pairs import paired
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.refit import refit
 from scapulohumeral.gap.workers import side_by_side
@@ -30,15 +30,15 @@ def fit_all(
     log.info("short list: %s", ", ".join(f.label for f in short))
     # Without reference trials the prediction follows errors of the record: small, so linear.
     again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
-    jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
+    person = (model, evidence.recorder, evidence.firmness)
+    jobs = [(f, c, evidence.responses, *person, settings) for f in again]
     for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
         if after is None:
             warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
         elif after.log_evidence > before.log_evidence:
             fits[before.label] = after
     singles = list(fits.values())
-    leaders = strongest(singles, evidence.prior, LEADERS)
-    return [*singles, *paired(leaders, singles, c, settings.signature_error)]
+    return [*singles, *paired(singles, evidence.prior, c, settings.signature_error)]
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

@@ -439,7 +439,10 @@ def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
     names = channel_names(whole.channels, False)
     factors = pd.DataFrame(factor, index=[label], columns=names)
-    there, removed = blind_hidden._compared(whole, hidden, candidate, factors, None, SETTINGS, 1.0)
+    errors = pd.Series({"firmness": 1.0, "session_share": 1.0})
+    there, removed = blind_hidden._compared(
+        whole, hidden, candidate, factors, errors, None, SETTINGS
+    )
     return there.delta, removed
 
 

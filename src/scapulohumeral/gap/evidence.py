@@ -211,25 +211,61 @@ def gather(
         settings=settings,
         screened=(),
     )
-    # Without reference trials the model's own error counts far more than what sessions change, and
-    # the prediction follows the recording, however firmly that was kept.
-    tried = []
-    for firmness in FIRMNESS if records.reference else FIRMNESS[:1]:
-        known = _linearised(effects, functions, responses, (records.recorder, groups), firmness)
-        kept = replace(evidence, firmness=firmness, hypotheses=known)
-        tried += [
-            _supposing(kept, share, error)
-            for share in (SESSION_SHARES if records.reference else SESSION_SHARES[:1])
-            for error in ERROR_SHARES
-        ]
-    density = [_density(one) for one in tried]
-    log.info(
-        "log density by firmness, session share and signature error: %s",
-        np.round(density, 1).tolist(),
-    )
-    best = tried[int(np.argmax(density))]
+    known = {
+        firmness: _linearised(effects, functions, responses, (records.recorder, groups), firmness)
+        for firmness in (FIRMNESS if records.reference else FIRMNESS[:1])
+    }
+    best = _most_probable(evidence, known)
     singles = (replace(t, comparison=_supposed(best, t.comparison)) for t in best.trials)
     return replace(best, trials=tuple(singles))
+
+
+def _most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ...]]) -> Evidence:
+    """Evidence with what is most probable of the person, the sessions and the signature error.
+
+    Parameters
+    ----------
+    evidence : without effects; known : effects by firmness. Without reference trials that is the
+        loosest: the prediction follows the recording, however firmly that was kept
+
+    Notes
+    -----
+    All sessions are tried for the loosest; for firmer ones only if these are more probable with the
+    one that was found for it.
+    """
+    # Without reference trials the model's own error counts far more than what sessions change.
+    shares = SESSION_SHARES if evidence.referenced else SESSION_SHARES[:1]
+    every = [(share, error) for share in shares for error in ERROR_SHARES]
+
+    def tried(firmness: float, errors: tuple[float, float]) -> _Tried:
+        kept = replace(evidence, firmness=firmness, hypotheses=known[firmness])
+        supposed = _supposing(kept, *errors)
+        found = _Tried(_density(supposed), errors, supposed)
+        log.info("firmness %g, session and error %s: %.1f", firmness, errors, found.density)
+        return found
+
+    loosest, *firmer = known
+    best = max((tried(loosest, errors) for errors in every), key=_Tried.rank)
+    for firmness in firmer:
+        alike = [errors for errors in every if errors[0] == best.errors[0]]
+        first = max((tried(firmness, errors) for errors in alike), key=_Tried.rank)
+        if first.density > best.density:
+            others = [tried(firmness, errors) for errors in every if errors not in alike]
+            best = max((first, *others), key=_Tried.rank)
+    return best.evidence
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """Evidence with shares (session, error) of what is assumed, and its log density."""
+
+    density: float
+    errors: tuple[float, float]
+    evidence: Evidence
+
+    def rank(self) -> float:
+        """By which the most probable one is found."""
+        return self.density
 
 
 def _supposing(evidence: Evidence, session: float, error: float) -> Evidence:

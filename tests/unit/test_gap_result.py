@@ -190,6 +190,16 @@ def test_the_page_needs_no_network(make):
     assert "<script" not in page
 
 
+def test_the_page_says_what_was_assumed_of_person_and_sessions():
+    values = {"firmness": 10.0, "session_share": 0.25, "signature_error": 0.3}
+    table = pd.DataFrame({"error": list(values), "value": list(values.values())})
+    done = diagnosis()
+    page = render_report(replace(done, curves={**done.curves, "errors": table}), "")
+    for words in ("movement 10 times as firmly", "differ by 0.25 of", "off by 0.3 of their size"):
+        assert words in page
+    assert "Causes are compared by" not in render_report(done, "")
+
+
 def test_the_page_names_what_missing_data_cost():
     done = diagnosis()
     channels = replace(done.inputs.channels, emg=False)

@@ -45,7 +45,8 @@ TABLES: dict[str, tuple[str, ...]] = {
     "controls": ("name", "shrinkage"),
     # One row per cell of the robustness grid.
     "robustness": ("cell", "verdict", "agrees"),
-    # Share of what sessions are assumed to change, and signature error, both the most probable.
+    # Firmness with which the person keeps a movement, share of what sessions are assumed to change,
+    # and signature error, all the most probable.
     "errors": ("error", "value"),
     # What simple methods name as the cause.
     "baselines": ("method", "label"),

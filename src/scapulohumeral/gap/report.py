@@ -20,6 +20,13 @@ COSTS = {
     "on EMG cannot be tested. Most causes are then told apart only as classes.",
 }
 
+# What was found most probable of person and sessions, by the names of the table "errors".
+ASSUMED = {
+    "firmness": "the person keeps a movement {} times as firmly as the model follows recordings",
+    "session_share": "two sessions differ by {} of the configured spread",
+    "signature_error": "changes that the model predicts are off by {} of their size",
+}
+
 
 def render_report(diagnosis: Diagnosis, command: str) -> str:
     """HTML text of the page; it needs nothing but itself to be read.
@@ -42,6 +49,7 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         verdict=verdict(diagnosis),
         badges=badges(diagnosis),
         costs=list(missing_data(diagnosis)),
+        assumed=assumed(diagnosis),
         pictures=figures(diagnosis),
         words=WORDS,
         command=command,
@@ -107,6 +115,14 @@ def amplitude(value: Amplitude) -> str:
     unit = "" if value.unit == "1" else f" {value.unit}"
     bound = ", on its bound" if value.at_bound else ""
     return f"{value.name} {number(value.value)}{unit} {interval(value.ci95)}{bound}"
+
+
+def assumed(diagnosis: Diagnosis) -> list[str]:
+    """What was found most probable of the person and the sessions, on which causes are compared."""
+    if "errors" not in diagnosis.curves:
+        return []
+    found = diagnosis.curves["errors"].set_index("error")["value"]
+    return [ASSUMED[name].format(number(value)) for name, value in found.items()]
 
 
 def how_far(diagnosis: Diagnosis) -> str:

@@ -121,8 +121,9 @@ def assumed(diagnosis: Diagnosis) -> list[str]:
     """What was found most probable of the person and the sessions, on which causes are compared."""
     if "errors" not in diagnosis.curves:
         return []
-    found = diagnosis.curves["errors"].set_index("error")["value"]
-    return [ASSUMED[name].format(number(value)) for name, value in found.items()]
+    table = diagnosis.curves["errors"]
+    found = zip(table["error"], table["value"], strict=True)
+    return [ASSUMED[name].format(number(value)) for name, value in found]
 
 
 def how_far(diagnosis: Diagnosis) -> str:

@@ -396,6 +396,37 @@ def test_two_causes_together_have_to_explain():
     assert doubt(40.0) == pytest.approx(0.0)
 
 
+def test_evidence_may_mislead():
+    """A share of all probability goes back to none of these and to single causes; order stays."""
+    labels = {"a": 0.7, "b": 0.1, "a + b": 0.05}
+    found = decide.perhaps_misled(decide.Posterior(labels, none=0.05, no_gap=0.1), PRIOR)
+    half = 0.5 * decide.MISLED * 0.9
+    assert found.no_gap == 0.1
+    assert found.none == pytest.approx((1.0 - decide.MISLED) * 0.05 + half)
+    assert found.labels["a"] == pytest.approx((1.0 - decide.MISLED) * 0.7 + 0.5 * half)
+    assert found.labels["a + b"] == pytest.approx((1.0 - decide.MISLED) * 0.05)
+    assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
+    # Certain as the evidence may be, none of these stays among what reaches 90 %.
+    even = dict.fromkeys("abcd", 0.25)
+    certain = decide.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
+    assert decide.conformal_set(decide.perhaps_misled(certain, even)) == ("a", "none")
+
+
+def test_a_cause_that_shrinks_no_gap_needs_more_evidence():
+    """Its own errors explain the gap, not what it predicts."""
+
+    def winner(left, whole=100.0, better=15.0):
+        fits = [MadeFit("a", 50.0 + better, left), MadeFit("b", 50.0)]
+        found = judged(fits, squares=replace(SQUARES, whole=whole)).labels
+        return max(found, key=lambda label: found[label])
+
+    assert winner(84.0) == "a"
+    assert winner(120.0) == "b"
+    assert winner(120.0, better=40.0) == "a"
+    # What hardly exceeds noise and sessions no cause has to explain.
+    assert winner(22.6, whole=22.0) == "a"
+
+
 def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
     """Two angles and a shape."""
     params = tuple(SimpleNamespace(unit=unit) for unit in ("deg", "deg", "1"))

@@ -287,7 +287,7 @@ def _posterior(
     evidence: Evidence, fits: Sequence[Fit], present: bool, squares: decide.Squares
 ) -> decide.Posterior:
     c, settings = evidence.comparison, evidence.settings
-    return decide.posterior(
+    found = decide.posterior(
         fits,
         {NONE: black_box_evidence(c, evidence.boxes.columns), NO_GAP: no_gap_evidence(c)},
         {**evidence.prior, NONE: settings.prior_none, NO_GAP: settings.prior_no_gap},
@@ -295,6 +295,7 @@ def _posterior(
         decide.no_gap_range(present, evidence.referenced),
         squares if present else None,
     )
+    return decide.perhaps_misled(found, evidence.prior) if present else found
 
 
 def _regions(

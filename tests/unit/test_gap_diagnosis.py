@@ -438,6 +438,20 @@ def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
     )
 
 
+def test_variants_judge_causes_as_the_answer_does(monkeypatch):
+    """What speaks against a cause beside its evidence does so in every variant, too."""
+    named = diagnosed(effect=RIGHT).candidates[0].label
+
+    def against(fitted, squares):
+        return 1e3 if named in fitted.label else 0.0
+
+    monkeypatch.setattr(decide, "_against", against)
+    done = diagnosed(effect=RIGHT)
+    assert done.candidates[0].label != named
+    assert not any(named in row.verdict for row in done.curves["robustness"].itertuples())
+    assert done.status == "ok"
+
+
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
     """Where solving again explains less, the derivative is no worse an approximation."""
 

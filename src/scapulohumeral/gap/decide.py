@@ -146,11 +146,8 @@ def posterior(
     no_gap : least and largest probability of "no_gap", see :func:`no_gap_range`
     squares : of the difference, by which causes are doubted; None: no cause is
     """
-    evidence = {**{f.label: f.log_evidence for f in fits}, **others}
-    logs = {label: log / temperature + np.log(prior[label]) for label, log in evidence.items()}
-    of_fits = np.array([logs[f.label] for f in fits])
-    if squares is not None:
-        of_fits -= np.array([_against(f, squares) for f in fits])
+    logs = {label: log / temperature + np.log(prior[label]) for label, log in others.items()}
+    of_fits = np.array([_support(f, prior, temperature, squares) for f in fits])
     known = logsumexp(of_fits)
     nothing = float(np.clip(softmax([known, logs[NONE], logs[NO_GAP]])[2], *no_gap))
     none = (1.0 - nothing) * float(softmax([known, logs[NONE]])[1])
@@ -161,6 +158,25 @@ def posterior(
         doubt = p * np.array([_doubt(f, squares) for f in fits])
         p, none = p - doubt, none + float(doubt.sum())
     return Posterior(dict(zip([f.label for f in fits], p.tolist(), strict=True)), none, nothing)
+
+
+def most_probable(
+    fits: Sequence[Fit],
+    prior: Mapping[str, float],
+    temperature: float,
+    squares: Squares,
+    count: int,
+) -> list[Fit]:
+    """So many fits of largest probability, the best first; parameters as for :func:`posterior`."""
+    return sorted(fits, key=lambda f: -_support(f, prior, temperature, squares))[:count]
+
+
+def _support(
+    fitted: Fit, prior: Mapping[str, float], temperature: float, squares: Squares | None
+) -> float:
+    """Log probability of a fit, up to a constant."""
+    support = fitted.log_evidence / temperature + float(np.log(prior[fitted.label]))
+    return support if squares is None else support - _against(fitted, squares)
 
 
 def perhaps_misled(found: Posterior, prior: Mapping[str, float]) -> Posterior:

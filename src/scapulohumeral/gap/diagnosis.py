@@ -24,12 +24,12 @@ from scapulohumeral.gap.attribute import (
     black_box_left,
     fit,
     no_gap_evidence,
-    strongest,
     task_agreement,
 )
 from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
 from scapulohumeral.gap.evidence import Evidence, Records, gather, read_records
+from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.library import untestable
 from scapulohumeral.gap.locate import Presence, Shows, presence, shows
 from scapulohumeral.gap.no_cost import no_cost
@@ -160,7 +160,7 @@ class _Judged:
 
 def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: float) -> _Judged:
     c, error = evidence.comparison, evidence.settings.signature_error
-    squares = _squares(evidence, inflation)
+    squares = _squares(c, evidence.boxes.columns, inflation)
     p = _posterior(evidence, fits, present, squares)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error, evidence.settings.temperature)
@@ -170,12 +170,12 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: f
     return _Judged(fits, squares, best, p, likely, apart, groups, agreement, by_task)
 
 
-def _squares(evidence: Evidence, inflation: float) -> decide.Squares:
-    c = evidence.comparison
+def _squares(c: Comparison, boxes: np.ndarray, inflation: float) -> decide.Squares:
+    """Sums of squares of a comparison; `boxes` are smooth disturbances (D, S)."""
     white = c.whiten(c.delta)
     return decide.Squares(
         whole=float(white @ white),
-        floor=black_box_left(c, evidence.boxes.columns),
+        floor=black_box_left(c, boxes),
         expected=float(len(white)),
         excess=inflation,
     )
@@ -196,7 +196,7 @@ def _answer(
     agreement = {best.label: judged.agreement}
     temperature = evidence.settings.temperature
     causes = decide.candidates(fits, p, groups, agreement, judged.squares, temperature)
-    robust, variants = _robustness(evidence, fits, best, present)
+    robust, variants = _robustness(evidence, judged, present)
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
     cost, without_cause = None, []
@@ -346,7 +346,7 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
 
 
 def _robustness(
-    evidence: Evidence, fits: Sequence[Fit], best: Fit, present: bool
+    evidence: Evidence, judged: _Judged, present: bool
 ) -> tuple[Robustness | None, list[tuple[str, str, bool]]]:
     """Whether the winning family stays, with other errors and without single tasks.
 
@@ -355,19 +355,22 @@ def _robustness(
     if not present:
         return None, []
     c, error = evidence.comparison, evidence.settings.signature_error
+    weighing = evidence.prior, evidence.settings.temperature
     cells = {f"signature error x {factor}": (c, factor * error) for factor in (0.5, 1.0, 2.0)}
     for factor in (0.5, 2.0):
         cells[f"noise x {factor}"] = (replace(c, covariance=factor * c.covariance), error)
     for task in c.tasks if len(c.tasks) > 1 else ():
         cells[f"without {task}"] = (c.part([other for other in c.tasks if other != task]), error)
-    alone = [f for f in fits if len(f.hypothesis.effects) == 1]
-    single = [f.hypothesis for f in strongest(alone, evidence.prior, RIVALS)]
-    family = [(e.side, e.family) for e in best.hypothesis.effects]
+    alone = [f for f in judged.fits if len(f.hypothesis.effects) == 1]
+    rivals = decide.most_probable(alone, *weighing, judged.squares, RIVALS)
+    family = [(e.side, e.family) for e in judged.best.hypothesis.effects]
     rows = []
     for name, (variant, relative) in cells.items():
         kept = c.rows(variant.tasks)
-        again = [fit(hypothesis.part(kept), variant, relative) for hypothesis in single]
-        winner = strongest(again, evidence.prior, 1)[0].hypothesis.effects[0]
+        again = [fit(rival.hypothesis.part(kept), variant, relative) for rival in rivals]
+        squares = _squares(variant, evidence.boxes.columns[kept], judged.squares.excess)
+        [first] = decide.most_probable(again, *weighing, squares, 1)
+        [winner] = first.hypothesis.effects
         rows.append((name, winner.label, (winner.side, winner.family) in family))
     return Robustness(len(rows), sum(agrees for _, _, agrees in rows)), rows
 

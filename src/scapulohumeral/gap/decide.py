@@ -1,6 +1,7 @@
 """From evidence to the answer: probabilities, classes of what cannot be told apart, the 90 % set.
 
-Probabilities hold if the cause is in the library, and as far as their temperature is calibrated.
+Probabilities hold if the cause is in the library, and as far as their temperature and the share of
+evidence that misleads are calibrated.
 """
 
 from __future__ import annotations

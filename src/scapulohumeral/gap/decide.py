@@ -185,13 +185,13 @@ def perhaps_misled(found: Posterior, prior: Mapping[str, float]) -> Posterior:
 
     `prior` is that of labels; pairs get nothing.
     """
-    single = {label: prior[label] for label in found.labels if JOIN not in label}
+    before = {label: 0.0 if JOIN in label else prior[label] for label in found.labels}
     misled = 0.5 * MISLED * (1.0 - found.no_gap)
-    share = {label: misled * p / sum(single.values()) for label, p in single.items()}
+    rate = misled / sum(before.values())
     return replace(
         found,
         labels={
-            label: (1.0 - MISLED) * p + share.get(label, 0.0) for label, p in found.labels.items()
+            label: (1.0 - MISLED) * p + rate * before[label] for label, p in found.labels.items()
         },
         none=(1.0 - MISLED) * found.none + misled,
     )

@@ -11,11 +11,13 @@ from scapulohumeral.gap.effects.base import Observed
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.observe import (
+    JOINT_QUATERNIONS,
     KINEMATIC_CHANNELS,
     channel_names,
     difference,
     electrode_matrix,
     mean,
+    mean_pose,
     phase_functions,
     predicted,
     recorded,
@@ -27,7 +29,7 @@ from scapulohumeral.gap.signatures import (
     Response,
     session_records,
 )
-from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
+from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
 
 pytestmark = pytest.mark.unit
 
@@ -179,6 +181,27 @@ def test_mean_of_two_records_lies_between_them():
     middle = mean([low, high])
     np.testing.assert_allclose(difference(middle, low), -difference(middle, high), atol=1e-6)
     assert np.abs(difference(middle, low)).max() > 1.0
+
+
+def test_mean_pose_is_on_the_way_whatever_the_signs():
+    rng = np.random.default_rng(3)
+    angles = rng.uniform(-0.5, 0.5, size=(6, 10))
+    first, second = (
+        trial_to_pose(angles),
+        trial_to_pose(angles + 0.1 * rng.normal(size=(6, 10))),
+    )
+    flipped = second.copy()
+    flipped[:, 4:8] *= -1.0
+    for other in (second, flipped):
+        for share in (0.0, 0.3, 1.0):
+            found = mean_pose([first, other], [1 - share, share])
+            assert np.allclose(found[:, 12], (1 - share) * first[:, 12] + share * second[:, 12])
+            for part in JOINT_QUATERNIONS:
+                whole = relative_angle(first[:, part], second[:, part])
+                np.testing.assert_allclose(
+                    relative_angle(first[:, part], found[:, part]), share * whole, atol=2e-3
+                )
+                np.testing.assert_allclose(np.linalg.norm(found[:, part], axis=1), 1.0)
 
 
 def test_electrodes_average_the_elements_of_their_groups():

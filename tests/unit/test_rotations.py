@@ -34,27 +34,6 @@ def test_matrix_round_trip_is_canonical():
     np.testing.assert_allclose(q, RANDOM * np.sign(RANDOM[:, :1]), atol=1e-14)
 
 
-def test_pose_between_is_on_the_way_whatever_the_signs():
-    rng = np.random.default_rng(3)
-    angles = rng.uniform(-0.5, 0.5, size=(6, 10))
-    first, second = (
-        rot.trial_to_pose(angles),
-        rot.trial_to_pose(angles + 0.1 * rng.normal(size=(6, 10))),
-    )
-    flipped = second.copy()
-    flipped[:, 4:8] *= -1.0
-    for other in (second, flipped):
-        for share in (0.0, 0.3, 1.0):
-            found = rot.pose_between(first, other, share)
-            assert np.allclose(found[:, 12], (1 - share) * first[:, 12] + share * second[:, 12])
-            for part in (slice(0, 4), slice(4, 8), slice(8, 12)):
-                whole = rot.relative_angle(first[:, part], second[:, part])
-                np.testing.assert_allclose(
-                    rot.relative_angle(first[:, part], found[:, part]), share * whole, atol=2e-3
-                )
-                np.testing.assert_allclose(np.linalg.norm(found[:, part], axis=1), 1.0)
-
-
 @pytest.mark.parametrize("sequence", ["YZX", "YZY"])
 def test_euler_sequence_is_body_fixed(sequence):
     angles = np.array([0.4, 0.7, -0.9])

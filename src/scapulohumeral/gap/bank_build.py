@@ -16,10 +16,12 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.bank import NullCase, write_bank
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.case import Case, make_case
-from scapulohumeral.gap.evidence import Evidence, gather, read_records
+from scapulohumeral.gap.evidence import Evidence
+from scapulohumeral.gap.gather import gather
 from scapulohumeral.gap.locate import effect_shaped, shows
 from scapulohumeral.gap.observe import KINEMATIC_CHANNELS
 from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
+from scapulohumeral.gap.records import read_records
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_settings
 

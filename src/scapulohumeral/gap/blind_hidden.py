@@ -22,8 +22,8 @@ from scapulohumeral.gap.blind_scores import HiddenGap, ScoredCase
 from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
 from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
-from scapulohumeral.gap.evidence import effects_of, read_records, repeat_noise
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
+from scapulohumeral.gap.gather import effects_of
 from scapulohumeral.gap.movement import movement_window
 from scapulohumeral.gap.observe import channel_kind, difference, phase_functions
 from scapulohumeral.gap.participant_model import (
@@ -31,6 +31,7 @@ from scapulohumeral.gap.participant_model import (
     ParticipantModel,
     participant_model,
 )
+from scapulohumeral.gap.records import read_records, repeat_noise
 from scapulohumeral.gap.refit import Resolve, kept_movement, recorded_change
 from scapulohumeral.gap.result import JOIN
 from scapulohumeral.gap.run import read_case, read_config
@@ -145,13 +146,13 @@ def _compared(
     values = iter([parameter["value"] for parameter in candidate["parameters"]])
     change = np.zeros_like(comparison.delta)
     slopes = response.effects[FIRMNESS.index(firmness)]
+    move = kept_movement(model, response, firmness, settings)
+    resolve = Resolve(move, response, records.recorder, settings.iterations)
     for effect, slope in zip(effects, slopes, strict=True):
         x = np.array([p.internal(next(values)) for p in effect.params])
         if not records.reference:
             own = np.tensordot(x, slope, 1)
         elif effect.changes_body:
-            move = kept_movement(model, response, firmness, settings)
-            resolve = Resolve(move, response, records.recorder, settings.iterations)
             own = resolve.solved(effect, x, response.point)[0]
         else:
             own = recorded_change(effect, x, response)[0]

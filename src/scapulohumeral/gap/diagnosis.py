@@ -28,12 +28,14 @@ from scapulohumeral.gap.attribute import (
 )
 from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
-from scapulohumeral.gap.evidence import Evidence, Records, gather, read_records
+from scapulohumeral.gap.evidence import Evidence
 from scapulohumeral.gap.floor import Comparison
+from scapulohumeral.gap.gather import gather
 from scapulohumeral.gap.library import untestable
 from scapulohumeral.gap.locate import Presence, Shows, presence, shows
 from scapulohumeral.gap.no_cost import no_cost
 from scapulohumeral.gap.participant_model import ParticipantModel
+from scapulohumeral.gap.records import Records, read_records
 from scapulohumeral.gap.regions import entered_regions, shown_regions
 from scapulohumeral.gap.result import (
     NO_GAP,

@@ -21,10 +21,10 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.base import JOINTS, Body, Observed
+from scapulohumeral.gap.observe import mean_pose
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.model.rotations import (
-    pose_between,
     pose_to_trial,
     quaternion_to_matrix,
     trial_to_pose,
@@ -216,9 +216,9 @@ class Movement:
         """
         if firmness == 1.0:
             return self
-        pose = pose_between(
-            self.trajectory(point).q, trial_to_pose(self.angles_rad), 1.0 / firmness
-        )
+        share = 1.0 / firmness
+        poses = self.trajectory(point).q, trial_to_pose(self.angles_rad)
+        pose = mean_pose(poses, [1.0 - share, share])
         weights = self.objective.weights
         return self._varied(
             objective=replace(

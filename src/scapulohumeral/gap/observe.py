@@ -34,6 +34,7 @@ KINEMATIC_CHANNELS = (
     "EL_rx",
 )
 CONTACT_CHANNELS = ("GHF_x", "GHF_y", "GHF_z")
+JOINT_QUATERNIONS = (slice(0, 4), slice(4, 8), slice(8, 12))
 
 
 def channel_names(emg: Sequence[str], contact: bool) -> tuple[str, ...]:
@@ -100,19 +101,24 @@ def electrode_matrix(emg_groups: Sequence[Sequence[str]], groups: np.ndarray) ->
     return members / np.maximum(members.sum(axis=1, keepdims=True), 1.0)
 
 
-def mean(observed: Sequence[Observed]) -> Observed:
-    """Mean of repeats; rotations by the mean quaternion (Markley et al. 2007, small spread)."""
-    first = observed[0].pose
-    poses = []
-    for one in observed:
-        pose = one.pose.copy()
-        for part in (slice(0, 4), slice(4, 8), slice(8, 12)):
-            agreement = np.sum(pose[:, part] * first[:, part], axis=1, keepdims=True)
-            pose[:, part] *= np.where(agreement < 0.0, -1.0, 1.0)
-        poses.append(pose)
-    pose = np.mean(poses, axis=0)
-    for part in (slice(0, 4), slice(4, 8), slice(8, 12)):
+def mean_pose(poses: Sequence[Array], weights: Sequence[float]) -> Array:
+    """Weighted mean (N, 13) of near poses; weights add up to one.
+
+    Rotations by the mean quaternion, whatever the signs (Markley et al. 2007, small spread).
+    """
+    stacked = np.stack(poses)
+    for part in JOINT_QUATERNIONS:
+        agreement = np.sum(stacked[..., part] * stacked[0][:, part], axis=-1, keepdims=True)
+        stacked[..., part] *= np.where(agreement < 0.0, -1.0, 1.0)
+    pose = np.tensordot(weights, stacked, 1)
+    for part in JOINT_QUATERNIONS:
         pose[:, part] /= np.linalg.norm(pose[:, part], axis=1, keepdims=True)
+    return pose
+
+
+def mean(observed: Sequence[Observed]) -> Observed:
+    """Mean of repeats."""
+    pose = mean_pose([one.pose for one in observed], [1.0 / len(observed)] * len(observed))
     emg = [one.emg for one in observed if one.emg is not None]
     force = [one.contact_N for one in observed if one.contact_N is not None]
     return Observed(
@@ -127,7 +133,7 @@ def mean(observed: Sequence[Observed]) -> Observed:
 def difference(observed: Observed, anchor: Observed) -> Array:
     """Channels (N, K) of a record relative to another: deg, fraction of MVC, N."""
     parts = []
-    for part in (slice(0, 4), slice(4, 8), slice(8, 12)):
+    for part in JOINT_QUATERNIONS:
         turn = quaternion_multiply(
             observed.pose[:, part], quaternion_conjugate(anchor.pose[:, part])
         )

@@ -282,23 +282,19 @@ def _signatures(
     local: Linearised, effects: Sequence[Effect], anchor: Observed
 ) -> tuple[tuple[Array, ...], ...]:
     """Change (P, N, K) by each effect where it is absent, for each firmness."""
-    conditions = {
-        effect.label: local.conditions(effect, np.zeros(len(effect.params)))
-        for effect in effects
-        if effect.changes_body
-    }
-    found = []
-    for firmness in FIRMNESS:
-        kept = local if firmness == 1.0 else local.kept(firmness)
-        found.append(
-            tuple(
-                kept.through(conditions[effect.label])
-                if effect.changes_body
-                else record_derivative(effect, np.zeros(len(effect.params)), anchor)
-                for effect in effects
-            )
+    at = [np.zeros(len(effect.params)) for effect in effects]
+    found = [
+        local.conditions(effect, x) if effect.changes_body else record_derivative(effect, x, anchor)
+        for effect, x in zip(effects, at, strict=True)
+    ]
+    persons = [local if firmness == 1.0 else local.kept(firmness) for firmness in FIRMNESS]
+    return tuple(
+        tuple(
+            person.through(one) if effect.changes_body else one
+            for effect, one in zip(effects, found, strict=True)
         )
-    return tuple(found)
+        for person in persons
+    )
 
 
 def record_derivative(effect: Effect, internal: Array, anchor: Observed) -> Array:

@@ -189,16 +189,3 @@ def pose_to_trial(pose: ArrayLike) -> Array:
         for i, sequence in enumerate(JOINT_SEQUENCES.values())
     ]
     return np.concatenate([*angles, pose[:, 12:]], axis=1)
-
-
-def pose_between(first: ArrayLike, second: ArrayLike, share: float) -> Array:
-    """Poses (T, 13) a share of the way from one pose to a near one, joint by joint."""
-    first, second = np.asarray(first, float), np.asarray(second, float)
-    pose = (1.0 - share) * first + share * second
-    for i in range(len(JOINT_SEQUENCES)):
-        part = slice(4 * i, 4 * i + 4)
-        one, two = first[:, part], second[:, part]
-        sign = np.where(np.sum(one * two, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
-        between = (1.0 - share) * one + share * sign * two
-        pose[:, part] = between / np.linalg.norm(between, axis=1, keepdims=True)
-    return pose

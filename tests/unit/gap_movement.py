@@ -58,6 +58,7 @@ def small_body() -> Body:
         effort=np.full(3, EXCITATION_EFFORT),
         floor=np.zeros(3),
         cap=np.ones(3),
+        seen=np.ones(3),
         groups=np.array(NAMES),
         crossing=crossing,
         tendon_load=np.linspace(0.1, 0.5, 3 * (NODES - 1)).reshape(-1, 3),

@@ -115,20 +115,6 @@ def test_amplitude_is_found_without_bias(relative_error):
     assert abs(np.mean(amplitude_misses(relative_error))) < 0.6
 
 
-def test_a_changed_muscle_may_contradict_its_own_electrodes():
-    """A tear under the electrode: the rest of the body tells of it all the same."""
-    plain = hypothesis(GAIN, 5)
-    own = np.zeros((SIZE, 1))
-    own[12:16] = own[52:56] = 30.0
-    delta = plain.slope @ [-0.7]
-    delta[own[:, 0] > 0.0] -= 40.0
-    misled = fit(plain, comparison(delta), 0.3)
-    told = fit(replace(plain, own=own), comparison(delta), 0.3)
-    assert told.x[0] == pytest.approx(-0.7, abs=0.1)
-    assert told.log_evidence > misled.log_evidence + 5.0
-    assert told.hypothesis.part(np.arange(8, 20)).own.sum() == 120.0
-
-
 def test_amplitude_stays_inside_its_bounds():
     h = hypothesis(DAMPING, 1)
     assert fit(h, comparison(h.slope @ [-2.0]), 0.0).x[0] == 0.0
@@ -254,18 +240,6 @@ def test_each_effect_of_a_pair_errs_by_itself():
     ]
     together = error_covariance(pair(*fits).error(x, there, 0.3)) - np.eye(SIZE)
     np.testing.assert_allclose(together, alone[0] + alone[1], atol=1e-9)
-
-
-def test_a_pair_keeps_the_errors_that_both_muscles_make_under_their_electrodes():
-    one, two = hypothesis(GAIN, 1), hypothesis(LOAD, 2)
-    own = np.zeros((SIZE, 1))
-    own[4:8] = 1.0
-    there = comparison(noise(3))
-    fitted = [fit(h, there, 0.2) for h in (replace(one, own=own), two)]
-    both, reverse = pair(*fitted), pair(*fitted[::-1])
-    np.testing.assert_array_equal(both.own, np.hstack([own, np.zeros((SIZE, 2))]))
-    np.testing.assert_array_equal(reverse.own, np.hstack([np.zeros((SIZE, 2)), own]))
-    assert pair(fitted[1], fitted[1]).own is None
 
 
 def test_effects_on_the_record_are_known_better():

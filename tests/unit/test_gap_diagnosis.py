@@ -12,7 +12,7 @@ from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import blind_hidden, decide, evidence, rivals
+from scapulohumeral.gap import blind_hidden, decide, gather, records, rivals
 from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import _remarks_on_shrinkage, diagnose
@@ -73,8 +73,9 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
 
 @pytest.fixture(autouse=True)
 def _made_up(monkeypatch):
-    monkeypatch.setattr(evidence, "respond", made_up_response)
-    monkeypatch.setattr(evidence, "nominal_body", lambda model, nodes: small_body())
+    monkeypatch.setattr(gather, "respond", made_up_response)
+    for module in (gather, records):
+        monkeypatch.setattr(module, "nominal_body", lambda model, nodes: small_body())
     monkeypatch.setattr(rivals, "_refit_or_keep", lambda first, *rest: first)
 
 
@@ -217,11 +218,11 @@ def failing(*tasks):
 
 
 def test_a_task_that_cannot_be_solved_is_left_out_with_its_reason(monkeypatch):
-    monkeypatch.setattr(evidence, "respond", failing("low"))
+    monkeypatch.setattr(gather, "respond", failing("low"))
     done = diagnosed(effect=RIGHT)
     assert any("task low is left out: movement low: not solved" in line for line in done.warnings)
     assert done.candidates[0].label == RIGHT
-    monkeypatch.setattr(evidence, "respond", failing(*TASKS))
+    monkeypatch.setattr(gather, "respond", failing(*TASKS))
     with pytest.raises(SolveError, match="not solved"):
         diagnosed(effect=RIGHT)
 
@@ -425,6 +426,14 @@ def test_a_cause_that_shrinks_no_gap_needs_more_evidence():
     assert winner(120.0, better=40.0) == "a"
     # What hardly exceeds noise and sessions no cause has to explain.
     assert winner(22.6, whole=22.0) == "a"
+
+
+@pytest.mark.parametrize(("more", "first"), [(0.5, "b"), (1.0, "a")])
+def test_causes_rank_by_what_doubts_leave_of_their_probability(more, first):
+    fits = [MadeFit("a", 50.0 + more, 60.0, misfit=3.0), MadeFit("b", 50.0)]
+    [ranked] = decide.most_probable(fits, {"a": 0.1, "b": 0.1}, 1.0, SQUARES, 1)
+    found = judged(fits).labels
+    assert ranked.label == max(found, key=lambda label: found[label]) == first
 
 
 def test_amplitudes_are_as_large_as_they_may_be_in_any_component():

@@ -23,17 +23,18 @@ LIBRARY = library(SETUP)
 BY_LABEL = {effect.label: effect for effect in LIBRARY}
 RECORDER = Recorder(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
 # One effect of every kind of change: dynamics, muscles, effort, bounds, objective.
-SOLVED = {
-    "body/hand_load": 0,
-    "body/strength_loss/biceps": 0,
-    "body/fibre_length/biceps": 1,
-    "body/joint_damping/GH": 0,
-    "body/passive_gh": 0,
-    "body/tendon_compliance/all": 0,
-    "control/co_contraction/EL": 0,
-    "control/pain_inhibition/biceps": 0,
-    "input/thorax_tilt": 0,
-}
+SOLVED = [
+    ("body/hand_load", 0),
+    ("body/strength_loss/biceps", 0),
+    ("body/strength_loss/biceps", 1),
+    ("body/fibre_length/biceps", 1),
+    ("body/joint_damping/GH", 0),
+    ("body/passive_gh", 0),
+    ("body/tendon_compliance/all", 0),
+    ("control/co_contraction/EL", 0),
+    ("control/pain_inhibition/biceps", 0),
+    ("input/thorax_tilt", 0),
+]
 
 
 def numbers(body):
@@ -50,6 +51,7 @@ def numbers(body):
             body.effort,
             body.floor,
             body.cap,
+            body.seen,
             body.external_Nm.ravel(),
         ]
     )
@@ -137,12 +139,12 @@ def test_solutions_do_not_depend_on_where_they_started(solved):
     np.testing.assert_allclose(warm.free, cold.free, atol=1e-5)
 
 
-@pytest.mark.parametrize("label", SOLVED)
-def test_derivatives_agree_with_solving_again(solved, label, monkeypatch):
+@pytest.mark.parametrize(("label", "column"), SOLVED)
+def test_derivatives_agree_with_solving_again(solved, label, column, monkeypatch):
     # Two solutions this close differ by less than the usual tolerance.
     monkeypatch.setattr(forward, "TOLERANCE", 1e-9)
     move, point, local = solved
-    effect, column = BY_LABEL[label], SOLVED[label]
+    effect = BY_LABEL[label]
     param = effect.params[column]
     # Larger steps meet the curvature of the solution, above all where bounds move.
     size = 0.002 * param.internal(param.typical)
@@ -152,7 +154,8 @@ def test_derivatives_agree_with_solving_again(solved, label, monkeypatch):
         change[column] = sign * size
         body = effect.apply(move.body, effect.physical(change))
         x = move.trajectory(move.solved(body, point, 200))
-        records.append(predicted(x, 0.44, RECORDER.channels, RECORDER.electrodes, True))
+        electrodes = body.seen * RECORDER.electrodes
+        records.append(predicted(x, 0.44, RECORDER.channels, electrodes, True))
     expected = difference(*records) / (2.0 * size)
     slope = local.by_effect(effect, np.zeros(len(effect.params)))[column]
     scale = np.linalg.norm(expected, axis=0).max()
@@ -161,6 +164,19 @@ def test_derivatives_agree_with_solving_again(solved, label, monkeypatch):
         weight = np.linalg.norm(expected[:, k])
         if weight > 0.05 * scale:
             assert np.linalg.norm(slope[:, k] - expected[:, k]) < 0.05 * weight
+
+
+@pytest.mark.parametrize("left", [0.2, 0.7])
+def test_fibres_that_are_gone_neither_pull_nor_cost_nor_show(left):
+    """As if a share of equal fibres had gone and the others were active by 0.8."""
+    body = BY_LABEL["body/strength_loss/biceps"].apply(small_body(), np.array([left, left]))
+    changed = body.groups == "biceps"
+    pull = body.muscles.max_isometric_force / small_body().muscles.max_isometric_force
+    activation = 0.8 * body.cap
+    np.testing.assert_allclose((pull * activation)[changed], left * 0.8)
+    np.testing.assert_allclose(activation[changed] ** 2, left * 0.8**2)
+    np.testing.assert_allclose((body.seen * activation)[changed], left * 0.8)
+    np.testing.assert_array_equal(body.seen[~changed], 1.0)
 
 
 def test_leaning_forward_pulls_the_arm_forward():

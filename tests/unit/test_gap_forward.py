@@ -20,7 +20,7 @@ pytestmark = pytest.mark.unit
 EFFECTS = {e.label: e for e in library(SETUP)}
 CHANGED = {
     "body/hand_load": [1.5, 0.02],
-    "body/strength_loss/biceps": [0.4],
+    "body/strength_loss/biceps": [0.4, 0.7],
     "control/pain_inhibition/biceps": [2.0, 0.5],
     "body/glenoid_orientation": [8.0, -4.0],
 }

@@ -74,7 +74,7 @@ def test_pairs_pay_for_what_errors_of_the_stronger_effect_may_mimic(error):
 
 def test_what_one_of_two_effects_leaves_is_no_change_of_session():
     second = hypothesis(GAIN, 12, size=1.0)
-    delta = LEADER.slope @ [2.0] + second.slope @ [-2.0] + noise(4)
+    delta = LEADER.slope @ [2.0] + second.slope @ [-2.0, 0.0] + noise(4)
     steady, moving = comparison(delta), comparison(delta, 2.0)
     assert density(steady, [LEADER, second]) > density(moving, [LEADER, second])
     assert density(steady, [LEADER]) < density(moving, [LEADER])

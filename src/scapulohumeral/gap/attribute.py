@@ -37,9 +37,6 @@ SHAPE_SHARED = 0.5
 SHAPE_ERROR = {"kinematics": 2.0, "emg": 1.0, "contact_force": 1.0}
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
-# Spread of the gain with which a muscle that has changed itself appears on its electrodes, for a
-# change of one unit on the internal scale: torn or wasted parts of it are no longer driven.
-OWN_GAIN = 1.0
 # Least squares are repeated with new errors until parameters change by less than this share of
 # their prior spread, at most so often.
 REWEIGHTINGS, SETTLED = 12, 0.01
@@ -55,15 +52,12 @@ class Hypothesis:
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
     value : (D, E) change that each effect makes there; slope : (D, P) per unit of a parameter
-    own : (D, P) EMG of channels over muscles that a parameter changes themselves, zero elsewhere;
-        None if no parameter does
     """
 
     effects: tuple[Effect, ...]
     at: np.ndarray
     value: np.ndarray
     slope: np.ndarray
-    own: np.ndarray | None = None
 
     @property
     def label(self) -> str:
@@ -97,17 +91,11 @@ class Hypothesis:
         for effect, change in zip(self.effects, self.changes(x).T, strict=True):
             share = own_error(effect, relative)
             covariance += change_error(comparison, change, share, effect.changes_body)
-        if self.own is not None and relative:
-            for levels in (OWN_GAIN * x * self.own).T:
-                if levels.any():
-                    columns = comparison.white_by_channel_of_all_tasks(levels)
-                    covariance += columns @ columns.T
         return SignatureError(covariance)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""
-        own = None if self.own is None else self.own[rows]
-        return replace(self, value=self.value[rows], slope=self.slope[rows], own=own)
+        return replace(self, value=self.value[rows], slope=self.slope[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -372,15 +360,7 @@ def pair(first: Fit, second: Fit) -> Hypothesis:
         at=np.concatenate([one.at, two.at]),
         value=np.hstack([one.value, two.value]),
         slope=np.hstack([one.slope, two.slope]),
-        own=_both_own(one, two),
     )
-
-
-def _both_own(one: Hypothesis, two: Hypothesis) -> np.ndarray | None:
-    if one.own is None and two.own is None:
-        return None
-    parts = (np.zeros_like(h.slope) if h.own is None else h.own for h in (one, two))
-    return np.hstack(list(parts))
 
 
 def distance(

@@ -146,13 +146,13 @@ def _compared(
     values = iter([parameter["value"] for parameter in candidate["parameters"]])
     change = np.zeros_like(comparison.delta)
     slopes = response.effects[FIRMNESS.index(firmness)]
-    move = kept_movement(model, response, firmness, settings)
-    resolve = Resolve(move, response, records.recorder, settings.iterations)
     for effect, slope in zip(effects, slopes, strict=True):
         x = np.array([p.internal(next(values)) for p in effect.params])
         if not records.reference:
             own = np.tensordot(x, slope, 1)
         elif effect.changes_body:
+            move = kept_movement(model, response, firmness, settings)
+            resolve = Resolve(move, response, records.recorder, settings.iterations)
             own = resolve.solved(effect, x, response.point)[0]
         else:
             own = recorded_change(effect, x, response)[0]

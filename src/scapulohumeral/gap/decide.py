@@ -49,9 +49,9 @@ PAIRS = 0.03
 # lost strength or hurt, or of another thorax, 4 instead of 2 were named rightly with it, of 44
 # other single causes 37 instead of 36; 20 and 80 units do as well within one case.
 USELESS, AGAINST = 0.8, 40.0
-# A cause that leaves more than this share of what exceeds noise and sessions is doubted: by its
-# errors alone it may have evidence. In six opened cases right causes left 0.28 to 0.60 of the
-# reducible difference, a wrong one 1.04.
+# Where no cause shrinks the gap, that is no comparison: a cause that leaves more than this share
+# of what exceeds noise and sessions is doubted. In six opened cases right causes left 0.28 to
+# 0.60 of the reducible difference, a wrong one 1.04.
 DOUBTED = 0.8
 # So is one that leaves a quarter to a half of it (none to all of the doubt) and more than noise and
 # its own errors account for, from 1.2 to 1.5 times in mean square: then all causes are compared by
@@ -169,13 +169,17 @@ def most_probable(
     count: int,
 ) -> list[Fit]:
     """So many fits of largest probability, the best first; parameters as for :func:`posterior`."""
-    return sorted(fits, key=lambda f: -_support(f, prior, temperature, squares))[:count]
+
+    def rank(f: Fit) -> float:
+        return _support(f, prior, temperature, squares) + np.log1p(-_doubt(f, squares))
+
+    return sorted(fits, key=rank, reverse=True)[:count]
 
 
 def _support(
     fitted: Fit, prior: Mapping[str, float], temperature: float, squares: Squares | None
 ) -> float:
-    """Log probability of a fit, up to a constant."""
+    """Log probability of a fit before doubts, up to a constant."""
     support = fitted.log_evidence / temperature + float(np.log(prior[fitted.label]))
     return support if squares is None else support - _against(fitted, squares)
 

@@ -329,6 +329,7 @@ def nominal_body(model: ParticipantModel, nodes: int) -> Body:
         effort=np.full(count, EXCITATION_EFFORT),
         floor=np.zeros(count),
         cap=np.ones(count),
+        seen=np.ones(count),
         groups=np.array([muscle["group"] for muscle in record["muscles"]]),
         crossing=crossing,
         tendon_load=np.zeros((nodes - 1, count)),

@@ -21,11 +21,11 @@ from scapulohumeral.gap.floor import compress
 from scapulohumeral.gap.forward import nominal_body
 from scapulohumeral.gap.library import library
 from scapulohumeral.gap.locate import disturbances
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.observe import phase_functions
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.records import Records, differences, repeat_noise, solved_part
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures import FIRMNESS, Recorder, Response, respond
+from scapulohumeral.gap.signatures import FIRMNESS, Response, respond
 from scapulohumeral.gap.workers import side_by_side
 
 SHOULDER_JOINTS = 3
@@ -76,7 +76,6 @@ def gather(
     noise = repeat_noise(records, functions, settings)
     if not noise.degrees:
         warnings.append("no task was repeated: noise levels are those of the configuration")
-    groups = nominal_body(model, settings.nodes).groups
     whole, trials = differences(records, responses, noise, functions)
     reserved = settings.prior_no_gap + settings.prior_none
     single = decide.priors(effects, reserved)
@@ -96,12 +95,9 @@ def gather(
         settings=settings,
         screened=(),
     )
-    owns = [
-        _own_levels(effect, functions, responses, (records.recorder, groups)) for effect in effects
-    ]
     firmnesses = FIRMNESS if records.reference else FIRMNESS[:1]
     return most_probable(
-        evidence, {f: _linearised(effects, functions, responses, owns, f) for f in firmnesses}
+        evidence, {f: _linearised(effects, functions, responses, f) for f in firmnesses}
     )
 
 
@@ -112,48 +108,17 @@ def _respond_or_reason(*job: Any) -> Response | SolveError:
         return error
 
 
-def _emg_curves(emg: np.ndarray, channels: int) -> np.ndarray:
-    """EMG (N, C) among K channels, (N, K), zero in the others."""
-    curves = np.zeros((len(emg), channels))
-    first = len(KINEMATIC_CHANNELS)
-    curves[:, first : first + emg.shape[1]] = emg
-    return curves
-
-
 def _linearised(
     effects: Sequence[Effect],
     functions: np.ndarray,
     responses: Sequence[Response],
-    owns: Sequence[np.ndarray | None],
     firmness: float,
 ) -> tuple[Hypothesis, ...]:
-    """All effects at the nominal solutions; `owns` as for :class:`Hypothesis`."""
+    """All effects at the nominal solutions."""
     kept = [response.effects[FIRMNESS.index(firmness)] for response in responses]
     found = []
-    for i, (effect, own) in enumerate(zip(effects, owns, strict=True)):
+    for i, effect in enumerate(effects):
         slope = compress([changes[i] for changes in kept], functions)
         nothing, off = np.zeros((len(slope), 1)), np.zeros(slope.shape[1])
-        found.append(Hypothesis((effect,), off, nothing, slope, own))
+        found.append(Hypothesis((effect,), off, nothing, slope))
     return tuple(found)
-
-
-def _own_levels(
-    effect: Effect,
-    functions: np.ndarray,
-    responses: Sequence[Response],
-    seen: tuple[Recorder, np.ndarray],
-) -> np.ndarray | None:
-    """EMG (D, P) of the anchors as far as it comes from muscles that an effect changes themselves.
-
-    It changes with the primary parameter.
-    """
-    recorder, groups = seen
-    if not effect.changes_muscle or not recorder.channels:
-        return None
-    share = recorder.electrodes @ (groups == effect.member)
-    if not np.any(share):
-        return None
-    anchors = [response.anchor for response in responses]
-    count = responses[0].session.shape[-1]
-    levels = compress([_emg_curves(share * np.asarray(a.emg), count) for a in anchors], functions)
-    return np.outer(levels, np.eye(len(effect.params))[0])

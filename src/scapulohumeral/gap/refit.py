@@ -72,7 +72,6 @@ def refit(
             x,
             comparison.compress(values)[:, None],
             comparison.compress(slopes),
-            first.hypothesis.own,
         )
         current = fit(hypothesis, comparison, settings.signature_error)
     return current

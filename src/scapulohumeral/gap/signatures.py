@@ -180,7 +180,7 @@ class Linearised:
         self.duration_s, self.recorder = duration_s, recorder
         self.problem = move.problem(body)
         self.kkt: KktSystem = assemble_kkt(self.problem, point)
-        self.observed = self._record(point.free)
+        self.observed = self._record(point.free, body)
 
     def kept(self, firmness: float) -> Linearised:
         """The same solution of a person who keeps the movement more firmly."""
@@ -189,7 +189,7 @@ class Linearised:
 
     def by_effect(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
-        return self.through(self.conditions(effect, internal))
+        return self.through(self.conditions(effect, internal)) + self.seen(effect, internal)
 
     def conditions(self, effect: Effect, internal: Array) -> Array:
         """Derivatives (n + m, P) of the optimality conditions by an effect on the body.
@@ -201,6 +201,17 @@ class Linearised:
             return self.move.variant(effect.apply(self.move.body, effect.physical(x)))
 
         return condition_derivatives(self.kkt, self.point, variant_of, internal)
+
+    def seen(self, effect: Effect, internal: Array) -> Array:
+        """Change (P, N, K) of the record of the same solution, by what electrodes see of it."""
+        records = [
+            [
+                self._record(self.point.free, effect.apply(self.move.body, effect.physical(x)))
+                for x in (internal + shift, internal - shift)
+            ]
+            for shift in STEP * np.eye(len(internal))
+        ]
+        return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in records])
 
     def posture(self) -> Array:
         """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
@@ -256,14 +267,15 @@ class Linearised:
     def _change(self, direction: Array) -> Array:
         step = STEP / max(float(np.abs(direction).max()), 1e-12)
         ahead, behind = (
-            self._record(self.point.free + sign * step * direction) for sign in (1.0, -1.0)
+            self._record(self.point.free + sign * step * direction, self.body)
+            for sign in (1.0, -1.0)
         )
         return difference(ahead, behind) / (2.0 * step)
 
-    def _record(self, free: Array) -> Observed:
+    def _record(self, free: Array, body: Body) -> Observed:
         r = self.recorder
         x = self.problem.trajectory(free)
-        return predicted(x, self.duration_s, r.channels, r.electrodes, r.contact)
+        return predicted(x, self.duration_s, r.channels, body.seen * r.electrodes, r.contact)
 
 
 def _moved(angles: Array, dof: int, by_rad: Array) -> Array:
@@ -282,16 +294,24 @@ def _signatures(
     local: Linearised, effects: Sequence[Effect], anchor: Observed
 ) -> tuple[tuple[Array, ...], ...]:
     """Change (P, N, K) by each effect where it is absent, for each firmness."""
-    at = [np.zeros(len(effect.params)) for effect in effects]
-    found = [
-        local.conditions(effect, x) if effect.changes_body else record_derivative(effect, x, anchor)
-        for effect, x in zip(effects, at, strict=True)
+    at = {effect.label: np.zeros(len(effect.params)) for effect in effects}
+    conditions = {
+        effect.label: local.conditions(effect, at[effect.label])
+        for effect in effects
+        if effect.changes_body
+    }
+    # What effects change in the record of one and the same solution.
+    directly = [
+        local.seen(effect, at[effect.label])
+        if effect.changes_body
+        else record_derivative(effect, at[effect.label], anchor)
+        for effect in effects
     ]
     persons = [local if firmness == 1.0 else local.kept(firmness) for firmness in FIRMNESS]
     return tuple(
         tuple(
-            person.through(one) if effect.changes_body else one
-            for effect, one in zip(effects, found, strict=True)
+            change + person.through(conditions[effect.label]) if effect.changes_body else change
+            for effect, change in zip(effects, directly, strict=True)
         )
         for person in persons
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -81,6 +81,7 @@ class Body:
     glenoid_rad : (2,) inferior inclination and anterior version
     effort : (M,) cost of each muscle's squared excitation over that of its squared activation
     floor, cap : (M,) bounds of activations and excitations
+    seen : (M,) share of each element's excitation that reaches electrodes
     groups : (M,) anatomical group of each element; crossing : (M, 4) joints that it crosses
     tendon_load : (I, M) nominal tension over maximal isometric force, at mesh midpoints
     gh_elevation_rad : (I,) nominal elevation of the humerus from the scapula's own axis
@@ -94,6 +95,7 @@ class Body:
     effort: Array
     floor: Array
     cap: Array
+    seen: Array
     groups: np.ndarray
     crossing: np.ndarray
     tendon_load: Array
@@ -167,11 +169,7 @@ class Effect:
     params : the first is the primary amplitude
     needs : kinds of observables without which it cannot be seen
     mimics : families easily taken for it; splitting : trial or sensor that tells them apart
-    changes_muscle : whether it changes muscle elements of the group `member` themselves, so that
-        their electrodes no longer see what they saw
     """
-
-    changes_muscle: ClassVar[bool] = False
 
     side: str
     family: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -20,8 +19,6 @@ PARAMS = (
 @dataclass(frozen=True)
 class FibreLength(Effect):
     """Optimal fibre and tendon slack lengths of a group times factors."""
-
-    changes_muscle: ClassVar[bool] = True
 
     def apply(self, body: Body, values: Array) -> Body:
         """Scale both lengths."""

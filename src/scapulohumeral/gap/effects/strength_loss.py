@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -23,20 +22,42 @@ PARAMS = (
         "leave less",
         "log",
     ),
+    Param(
+        "fibres_left",
+        "1",
+        1.0,
+        0.1,
+        1.0,
+        0.7,
+        0.6,
+        "ASSUME: as the loss of force, which may be one of fibres or of the force of each",
+        "log",
+    ),
 )
 
 
 @dataclass(frozen=True)
 class StrengthLoss(Effect):
-    """Maximal isometric force of a group times a factor."""
+    """Maximal isometric force of a group times a factor, by weaker fibres or by fewer of them.
 
-    changes_muscle: ClassVar[bool] = True
+    Fibres that are gone are silent and cost no effort: a share g of the fibres, active by a, has
+    the effort g a^2 and shows g a on electrodes. That is a muscle with the activation
+    b = sqrt(g) a at most sqrt(g), the effort b^2, 1 / sqrt(g) times the force and sqrt(g) b on
+    electrodes.
+    """
 
     def apply(self, body: Body, values: Array) -> Body:
-        """Scale active and passive force alike: fibres are missing, not shorter."""
-        factor = np.where(body.chosen(self.member), values[0], 1.0)
-        force = body.muscles.max_isometric_force * factor
-        return replace(body, muscles=replace(body.muscles, max_isometric_force=force))
+        """Scale active and passive force alike: fibres are missing or thinner, not shorter."""
+        factor, left = values
+        chosen = body.chosen(self.member)
+        share = np.where(chosen, np.sqrt(left), 1.0)
+        force = body.muscles.max_isometric_force * np.where(chosen, factor, 1.0) / share
+        return replace(
+            body,
+            muscles=replace(body.muscles, max_isometric_force=force),
+            cap=body.cap * share,
+            seen=body.seen * share,
+        )
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -32,8 +31,6 @@ class TendonCompliance(Effect):
     Quasi-static: the speed of stretching is left out, and the tension is that of the nominal
     solution, so the fibre sees a schedule and the equations keep their form.
     """
-
-    changes_muscle: ClassVar[bool] = True
 
     def apply(self, body: Body, values: Array) -> Body:
         """Lengthen the tendons over the movement, (I, M)."""

@@ -301,7 +301,7 @@ class MadeFit:
 
 
 PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
-SQUARES = decide.Squares(whole=100.0, floor=20.0, expected=20.0, excess=1.0)
+SQUARES = decide.Squares(whole=100.0, expected=20.0, excess=1.0)
 
 
 def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, none=0.0):

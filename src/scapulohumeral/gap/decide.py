@@ -91,13 +91,11 @@ class Squares:
     Attributes
     ----------
     whole : of the difference itself
-    floor : of what no smooth cause explains
     expected : of noise and of what sessions change, without any cause
     excess : factor on standard deviations that effect-free cases ask for
     """
 
     whole: float
-    floor: float
     expected: float
     excess: float
 
@@ -210,11 +208,6 @@ def no_gap_range(present: bool, referenced: bool) -> tuple[float, float]:
     referenced : whether it is that to reference trials
     """
     return (0.0, UNDECIDED) if present else (SILENT[referenced], 1.0)
-
-
-def unexplained(fitted: Fit, squares: Squares) -> float:
-    """Share of the reducible difference that a fit leaves."""
-    return _share_left(fitted.left, squares.whole, squares.floor)
 
 
 def _exceeding(fitted: Fit, squares: Squares) -> float:
@@ -403,10 +396,14 @@ def candidates(
     found: Posterior,
     groups: Sequence[Sequence[str]],
     agreement: Mapping[str, float | None],
-    squares: Squares,
+    reducible: tuple[float, float],
     temperature: float,
 ) -> tuple[Candidate, ...]:
-    """All hypotheses as candidates, the most probable first."""
+    """All hypotheses as candidates, the most probable first.
+
+    `reducible` are sums of squares of the whitened difference, and of what no smooth cause explains
+    of it.
+    """
     home = {label: i + 1 for i, group in enumerate(groups) for label in group}
     rows = [
         Candidate(
@@ -414,7 +411,7 @@ def candidates(
             level=_level(f.label, groups),
             p=found.labels[f.label],
             class_id=home.get(f.label),
-            unexplained_share=unexplained(f, squares),
+            unexplained_share=_share_left(f.left, *reducible),
             task_agreement_p=agreement.get(f.label),
             parameters=amplitudes(f, temperature),
         )

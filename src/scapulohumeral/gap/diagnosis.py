@@ -162,7 +162,7 @@ class _Judged:
 
 def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: float) -> _Judged:
     c, error = evidence.comparison, evidence.settings.signature_error
-    squares = _squares(c, evidence.boxes.columns, inflation)
+    squares = _squares(c, inflation)
     p = _posterior(evidence, fits, present, squares)
     likely = decide.likely(fits, p)
     apart = decide.separability(likely, c, error, evidence.settings.temperature)
@@ -172,12 +172,10 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: f
     return _Judged(fits, squares, best, p, likely, apart, groups, agreement, by_task)
 
 
-def _squares(c: Comparison, boxes: np.ndarray, inflation: float) -> decide.Squares:
-    """Sums of squares of a comparison; `boxes` are smooth disturbances (D, S)."""
+def _squares(c: Comparison, inflation: float) -> decide.Squares:
     white = c.whiten(c.delta)
     return decide.Squares(
         whole=float(white @ white),
-        floor=black_box_left(c, boxes),
         expected=float(len(white)),
         excess=inflation,
     )
@@ -197,7 +195,8 @@ def _answer(
     fits, best, p, groups = judged.fits, judged.best, judged.p, judged.groups
     agreement = {best.label: judged.agreement}
     temperature = evidence.settings.temperature
-    causes = decide.candidates(fits, p, groups, agreement, judged.squares, temperature)
+    reducible = judged.squares.whole, black_box_left(c, evidence.boxes.columns)
+    causes = decide.candidates(fits, p, groups, agreement, reducible, temperature)
     robust, variants = _robustness(evidence, judged, present)
     shows_, enters, rows = _regions(case, records, evidence, found, present)
     status, why = _status(robust, present)
@@ -370,7 +369,7 @@ def _robustness(
     for name, (variant, relative) in cells.items():
         kept = c.rows(variant.tasks)
         again = [fit(rival.hypothesis.part(kept), variant, relative) for rival in rivals]
-        squares = _squares(variant, evidence.boxes.columns[kept], judged.squares.excess)
+        squares = _squares(variant, judged.squares.excess)
         [first] = decide.most_probable(again, *weighing, squares, 1)
         [winner] = first.hypothesis.effects
         rows.append((name, winner.label, (winner.side, winner.family) in family))

@@ -48,7 +48,7 @@ def comparison(delta, noise=1.0):
 def hypothesis(effect, seed, size=4.0):
     """An effect with a random signature."""
     slope = size * np.random.default_rng(seed).normal(size=(SIZE, len(effect.params)))
-    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope)
+    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope, 1.0)
 
 
 def noise(seed):
@@ -121,6 +121,22 @@ def test_amplitude_stays_inside_its_bounds():
     assert fit(h, comparison(h.slope @ [30.0]), 0.0).x[0] == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize(("true", "found"), [((-1.0, -0.4), (-1.0, -0.4)), ((-0.4, -1.0), None)])
+def test_what_is_left_of_the_fibres_is_no_stronger_than_it_was(true, found):
+    """Fewer, but stronger fibres would be a gain of EMG."""
+    h = hypothesis(GAIN, 1)
+    x = fit(h, comparison(h.slope @ true), 0.0).x
+    if found is None:
+        assert x[0] == x[1]
+        least = [fit(h, comparison(h.slope @ true), 0.0).left]
+        assert all(
+            np.sum((h.slope @ (np.array(true) - t)) ** 2) > 0.999 * least[0]
+            for t in np.linspace(-1.5, 0.0, 50)
+        )
+    else:
+        np.testing.assert_allclose(x, found, atol=0.02)
+
+
 def test_the_right_effect_has_most_evidence():
     right, wrong = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
     there = comparison(right.slope @ [1.5] + noise(3))
@@ -171,7 +187,7 @@ def test_equal_signatures_cannot_be_told_apart():
     there = comparison(one.slope @ [1.5])
     found = fit(one, there, 0.1)
     twin = Hypothesis(
-        (LOAD,), np.zeros(2), np.zeros((SIZE, 1)), np.hstack([one.slope, other.slope])
+        (LOAD,), np.zeros(2), np.zeros((SIZE, 1)), np.hstack([one.slope, other.slope]), 1.0
     )
     assert distance(found, twin, there, 0.1) < 0.5
     assert distance(found, other, there, 0.1) > 3.0
@@ -265,7 +281,7 @@ def test_next_trial_is_the_task_in_which_the_signatures_differ():
     there = comparison(one.slope @ [0.5])
     slope = one.slope.copy()
     slope[there.rows(["b"])] += np.random.default_rng(5).normal(size=slope[::2].shape)
-    other = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), slope)
+    other = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), slope, 1.0)
     fits = [fit(h, there, 0.1) for h in (one, other)]
     labels = [f.label for f in fits]
     found = next_trial(fits, labels, there, 0.1, 1.0)

@@ -26,7 +26,7 @@ RECORDER = Recorder(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), 
 SOLVED = [
     ("body/hand_load", 0),
     ("body/strength_loss/biceps", 0),
-    ("body/strength_loss/biceps", 1),
+    ("body/strength_loss/coracobrachialis", 1),
     ("body/fibre_length/biceps", 1),
     ("body/joint_damping/GH", 0),
     ("body/passive_gh", 0),
@@ -169,9 +169,11 @@ def test_derivatives_agree_with_solving_again(solved, label, column, monkeypatch
 @pytest.mark.parametrize("left", [0.2, 0.7])
 def test_fibres_that_are_gone_neither_pull_nor_cost_nor_show(left):
     """As if a share of equal fibres had gone and the others were active by 0.8."""
-    body = BY_LABEL["body/strength_loss/biceps"].apply(small_body(), np.array([left, left]))
-    changed = body.groups == "biceps"
-    pull = body.muscles.max_isometric_force / small_body().muscles.max_isometric_force
+    body = BY_LABEL["body/strength_loss/brachialis"].apply(small_body(), np.array([left, left]))
+    changed = body.groups == "brachialis"
+    was = small_body().muscles
+    active = body.muscles.max_isometric_force * body.muscles.capacity
+    pull = active / (was.max_isometric_force * was.capacity)
     activation = 0.8 * body.cap
     np.testing.assert_allclose((pull * activation)[changed], left * 0.8)
     np.testing.assert_allclose(activation[changed] ** 2, left * 0.8**2)

@@ -28,7 +28,7 @@ TILT = next(e for e in EFFECTS.values() if not e.changes_body)
 
 def hypothesis(effect, seed):
     slope = 40.0 * np.random.default_rng(seed).normal(size=(SIZE, len(effect.params)))
-    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope)
+    return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope, 1.0)
 
 
 def comparison(delta):

@@ -55,7 +55,7 @@ def screened(response, change):
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
     slope = comparison.compress([response.effects[0][0]])
-    hypothesis = Hypothesis((WEAK,), np.zeros(2), np.zeros((72, 1)), slope)
+    hypothesis = Hypothesis((WEAK,), np.zeros(2), np.zeros((72, 1)), slope, 1.0)
     return comparison, fit(hypothesis, comparison, 0.0)
 
 
@@ -64,7 +64,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
     comparison, first = screened(response, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
-    found = refit(first, comparison, [response], None, RECORDER, 1.0, settings)
+    found = refit(first, comparison, [response], None, RECORDER, settings)
     linear, solved = (WEAK.physical(f.x) for f in (first, found))
     np.testing.assert_allclose(solved, [LEFT, FIBRES_LEFT], rtol=0.05)
     assert abs(linear[0] - LEFT) > abs(solved[0] - LEFT)
@@ -83,6 +83,6 @@ def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
     monkeypatch.setattr(refit_module.Resolve, "solved", never)
     comparison, first = screened(response, change)
     with pytest.raises(SolveError, match="no"):
-        refit(first, comparison, [response], None, RECORDER, 1.0, SETTINGS)
+        refit(first, comparison, [response], None, RECORDER, SETTINGS)
     assert tried == [WARM_ITERATIONS]
     assert SETTINGS.iterations > WARM_ITERATIONS

@@ -52,12 +52,14 @@ class Hypothesis:
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
     value : (D, E) change that each effect makes there; slope : (D, P) per unit of a parameter
+    firmness : with which the person keeps the movement against the effects
     """
 
     effects: tuple[Effect, ...]
     at: np.ndarray
     value: np.ndarray
     slope: np.ndarray
+    firmness: float
 
     @property
     def label(self) -> str:
@@ -74,6 +76,16 @@ class Hypothesis:
     def prior_sd(self) -> np.ndarray:
         """Prior spread of the internal parameters, (P,)."""
         return np.array([p.prior_sd for effect in self.effects for p in effect.params])
+
+    @property
+    def order(self) -> list[tuple[int, int]]:
+        """Pairs of parameters of which the first is never above the second."""
+        starts = np.cumsum([0, *(len(effect.params) for effect in self.effects)])
+        return [
+            (int(start) + i, int(start) + j)
+            for start, effect in zip(starts, self.effects, strict=False)
+            for i, j in effect.order
+        ]
 
     def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
@@ -278,13 +290,28 @@ class _System:
         normal = self.slope.T @ weighted + np.diag(self.hypothesis.prior_sd**-2.0)
         right = weighted.T @ self.target
         low, high = self.hypothesis.bounds
-        free = np.linalg.solve(normal, right)
-        if np.all((low <= free) & (free <= high)):
-            return free
-        factor = np.linalg.cholesky(normal)
-        span = np.maximum(high - low, 1e-9)
-        solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
-        return np.clip(solved.x, low, high)
+        alike, kept = np.eye(len(low)), list(range(len(low)))
+        while True:
+            basis = alike[:, kept]
+            x = basis @ _least(basis.T @ normal @ basis, basis.T @ right, low[kept], high[kept])
+            swapped = [pair for pair in self.hypothesis.order if x[pair[0]] > x[pair[1]]]
+            if not swapped:
+                return x
+            # Where two would change places, the best of a convex problem has them equal.
+            first, second = swapped[0]
+            alike[second] = alike[first]
+            kept.remove(second)
+
+
+def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Parameters (P,) of least squares with normal equations (P, P) and (P,) inside bounds."""
+    free = np.linalg.solve(normal, right)
+    if np.all((low <= free) & (free <= high)):
+        return free
+    factor = np.linalg.cholesky(normal)
+    span = np.maximum(high - low, 1e-9)
+    solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
+    return np.clip(solved.x, low, high)
 
 
 def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
@@ -353,13 +380,14 @@ def task_agreement(
 
 
 def pair(first: Fit, second: Fit) -> Hypothesis:
-    """Both effects at once, their changes added."""
+    """Both effects on the same person at once, their changes added."""
     one, two = first.hypothesis, second.hypothesis
     return Hypothesis(
         effects=(*one.effects, *two.effects),
         at=np.concatenate([one.at, two.at]),
         value=np.hstack([one.value, two.value]),
         slope=np.hstack([one.slope, two.slope]),
+        firmness=one.firmness,
     )
 
 

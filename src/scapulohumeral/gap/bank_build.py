@@ -89,7 +89,7 @@ def _row(
     """Both test values over their thresholds, on some of the channels."""
     whole = evidence.comparison
     rows, part = whole.channel_rows(channels), whole.only(channels)
-    slopes = [hypothesis.slope[rows] for hypothesis in evidence.hypotheses]
+    slopes = [f.hypothesis.slope[rows] for f in evidence.screened]
     found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
     value, null = effect_shaped(part, slopes, case.seed)
     threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))

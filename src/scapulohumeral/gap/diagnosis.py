@@ -108,7 +108,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)
     found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
-    slopes = [hypothesis.slope for hypothesis in evidence.hypotheses]
+    slopes = [f.hypothesis.slope for f in evidence.screened]
     is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     fits: Sequence[Fit] = evidence.screened
@@ -236,7 +236,11 @@ def _answer(
             "isolability": isolability_table(judged.likely, judged.apart),
             "amplitude": amplitude_table(best, judged.by_task),
             **plain_tables(
-                {"robustness": variants, "errors": _errors(evidence), "controls": without_cause}
+                {
+                    "robustness": variants,
+                    "errors": _errors(evidence, best),
+                    "controls": without_cause,
+                }
             ),
             "factors": factors_table(c, fits, error),
         },
@@ -275,10 +279,10 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
     return remarks
 
 
-def _errors(evidence: Evidence) -> list[tuple[str, float]]:
-    """What was found most probable of the errors that are assumed."""
+def _errors(evidence: Evidence, best: Fit) -> list[tuple[str, float]]:
+    """What was found most probable of the person and of the errors that are assumed."""
     return [
-        ("firmness", evidence.firmness),
+        ("firmness", best.hypothesis.firmness),
         ("session_share", evidence.session_share),
         ("signature_error", evidence.settings.signature_error),
     ]

@@ -31,11 +31,16 @@ from scapulohumeral.gap.signatures import Recorder, Response
 
 log = logging.getLogger(__name__)
 
+DENSITY = attrgetter("density")
+
 # Shares of what sessions are assumed to change, and of the signature error: the most probable ones
 # are taken. Some people repeat themselves better than others, and laboratories their preparations;
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
+# Units of log density within which another firmness is kept beside the most probable one: what
+# decides between them may be known only once the strongest effects are solved again.
+CLOSE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +52,14 @@ class Evidence:
     comparison : difference to explain; trials : of single test trials
     noise : between repeats
     effects, prior : the library and the prior of its labels, alone and in pairs
-    hypotheses : the effects linearised at the nominal solutions
     recorder : what is recorded
     responses : nominal solutions
     boxes : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
-    firmness : most probable one with which the person keeps a movement against effects
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
-    screened : all effects fitted to derivatives at the nominal solutions
+    persons : all effects fitted to derivatives at the nominal solutions, for each firmness with
+        which the person may keep the movement, the most probable first
     """
 
     comparison: Comparison
@@ -63,15 +67,18 @@ class Evidence:
     noise: Noise
     effects: tuple[Effect, ...]
     prior: dict[str, float]
-    hypotheses: tuple[Hypothesis, ...]
     recorder: Recorder
     responses: tuple[Response, ...]
     boxes: Disturbances
     referenced: bool
-    firmness: float
     session_share: float
     settings: GapSettings
-    screened: tuple[Fit, ...]
+    persons: tuple[tuple[Fit, ...], ...]
+
+    @property
+    def screened(self) -> tuple[Fit, ...]:
+        """Fits of all effects on the most probable person."""
+        return self.persons[0]
 
 
 def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ...]]) -> Evidence:
@@ -91,21 +98,28 @@ def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ..
     shares = SESSION_SHARES if evidence.referenced else SESSION_SHARES[:1]
     every = [(share, error) for share in shares for error in ERROR_SHARES]
 
-    def best_of(firmness: float, errors: Sequence[tuple[float, float]]) -> _Tried:
-        kept = replace(evidence, firmness=firmness, hypotheses=known[firmness])
-        return max((_tried(kept, *pair) for pair in errors), key=attrgetter("density"))
+    def best_of(hypotheses: Sequence[Hypothesis], errors: Sequence[tuple[float, float]]) -> _Tried:
+        return max((_tried(evidence, hypotheses, *pair) for pair in errors), key=DENSITY)
 
-    loosest, *firmer = known
-    best = best_of(loosest, every)
-    for firmness in firmer:
+    loosest, *firmer = known.values()
+    tried = [best_of(loosest, every)]
+    for hypotheses in firmer:
+        best = max(tried, key=DENSITY)
         alike = [errors for errors in every if errors[0] == best.evidence.session_share]
-        first = best_of(firmness, alike)
+        first = best_of(hypotheses, alike)
         if first.density > best.density:
             others = [errors for errors in every if errors not in alike]
-            best = max(first, best_of(firmness, others), key=attrgetter("density"))
+            first = max(first, best_of(hypotheses, others), key=DENSITY)
+        tried.append(first)
+    best, *less = sorted(tried, key=DENSITY, reverse=True)
     found = best.evidence
+    rivals = (
+        _screened(found, [f.hypothesis for f in one.evidence.screened])
+        for one in less
+        if one.density > best.density - CLOSE
+    )
     singles = (replace(t, comparison=_supposed(found, t.comparison)) for t in found.trials)
-    return replace(found, trials=tuple(singles))
+    return replace(found, trials=tuple(singles), persons=(found.screened, *rivals))
 
 
 class _Tried(NamedTuple):
@@ -115,26 +129,29 @@ class _Tried(NamedTuple):
     evidence: Evidence
 
 
-def _tried(evidence: Evidence, session: float, error: float) -> _Tried:
-    supposed = _supposing(evidence, session, error)
-    found = _Tried(_density(supposed), supposed)
-    log.info(
-        "firmness %g, session %g, error %g: %.1f", evidence.firmness, session, error, found.density
-    )
-    return found
-
-
-def _supposing(evidence: Evidence, session: float, error: float) -> Evidence:
+def _tried(
+    evidence: Evidence, hypotheses: Sequence[Hypothesis], session: float, error: float
+) -> _Tried:
     """Evidence with shares of what sessions change and of the signature error, screened."""
-    relative = error * evidence.settings.signature_error
     evidence = replace(
         evidence,
         session_share=session,
-        settings=replace(evidence.settings, signature_error=relative),
+        settings=replace(
+            evidence.settings, signature_error=error * evidence.settings.signature_error
+        ),
     )
-    c = _supposed(evidence, evidence.comparison)
-    screened = tuple(fit(hypothesis, c, relative) for hypothesis in evidence.hypotheses)
-    return replace(evidence, comparison=c, screened=screened)
+    supposed = replace(evidence, comparison=_supposed(evidence, evidence.comparison))
+    supposed = replace(supposed, persons=(_screened(supposed, hypotheses),))
+    found = _Tried(_density(supposed), supposed)
+    firmness = hypotheses[0].firmness
+    log.info("firmness %g, session %g, error %g: %.1f", firmness, session, error, found.density)
+    return found
+
+
+def _screened(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> tuple[Fit, ...]:
+    """Effects fitted to derivatives at the nominal solutions."""
+    error = evidence.settings.signature_error
+    return tuple(fit(hypothesis, evidence.comparison, error) for hypothesis in hypotheses)
 
 
 def _supposed(evidence: Evidence, c: Comparison) -> Comparison:

@@ -1,7 +1,4 @@
-"""Nominal movements solved and differentiated, and records compared with them.
-
-Letters: N nodes, K channels, C EMG channels, D coefficients, P parameters.
-"""
+"""Nominal movements solved and differentiated, and records compared with them."""
 
 from __future__ import annotations
 
@@ -85,15 +82,13 @@ def gather(
         noise=noise,
         effects=effects,
         prior={**single, **decide.pair_priors(single, reserved)},
-        hypotheses=(),
         recorder=records.recorder,
         responses=responses,
         boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
-        firmness=1.0,
         session_share=1.0,
         settings=settings,
-        screened=(),
+        persons=(),
     )
     firmnesses = FIRMNESS if records.reference else FIRMNESS[:1]
     return most_probable(
@@ -120,5 +115,5 @@ def _linearised(
     for i, effect in enumerate(effects):
         slope = compress([changes[i] for changes in kept], functions)
         nothing, off = np.zeros((len(slope), 1)), np.zeros(slope.shape[1])
-        found.append(Hypothesis((effect,), off, nothing, slope))
+        found.append(Hypothesis((effect,), off, nothing, slope, firmness))
     return tuple(found)

@@ -32,7 +32,6 @@ def refit(
     responses: Sequence[Response],
     model: ParticipantModel,
     recorder: Recorder,
-    firmness: float,
     settings: GapSettings,
 ) -> Fit:
     """Gauss-Newton on the parameters of one effect, every step with new solutions of all tasks.
@@ -42,14 +41,13 @@ def refit(
     first : fit to derivatives at the nominal solution
     comparison, responses : what is explained, and the nominal solutions
     model, recorder, settings : as for `signatures.respond`
-    firmness : with which the person keeps the movement
 
     Raises
     ------
     SolveError                       a movement with the effect cannot be solved
     """
     [effect] = first.hypothesis.effects
-    current, moves = first, []
+    current, moves, firmness = first, [], first.hypothesis.firmness
     if effect.changes_body:
         moves = [kept_movement(model, response, firmness, settings) for response in responses]
     starts = [response.point for response in responses]
@@ -72,6 +70,7 @@ def refit(
             x,
             comparison.compress(values)[:, None],
             comparison.compress(slopes),
+            firmness,
         )
         current = fit(hypothesis, comparison, settings.signature_error)
     return current

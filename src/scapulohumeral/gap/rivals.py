@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
+from itertools import chain
 from typing import Any
 
 from scapulohumeral.errors import SolveError
@@ -22,23 +24,49 @@ def fit_all(
     """All effects; the strongest fitted by solving again; pairs with the strongest.
 
     Both a derivative and a new solution are approximations of what a person would do: of an effect
-    that is solved again the fit with more evidence counts.
+    that is solved again the fit with more evidence counts. So it does of an effect, or a pair, on
+    persons who keep the movement with one firmness or another.
     """
     c, settings = evidence.comparison, evidence.settings
-    fits = {f.label: f for f in evidence.screened}
-    short = strongest(evidence.screened, evidence.prior, settings.short_list)
-    log.info("short list: %s", ", ".join(f.label for f in short))
-    # Without reference trials the prediction follows errors of the record: small, so linear.
-    again = [f for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
-    person = (model, evidence.recorder, evidence.firmness)
-    jobs = [(f, c, evidence.responses, *person, settings) for f in again]
+    short = strongest(_most_evident(evidence.persons), evidence.prior, settings.short_list)
+    listed = [f.label for f in short]
+    log.info("short list: %s", ", ".join(listed))
+    again = [
+        f
+        for fits in evidence.persons
+        for f in fits
+        if f.label in listed and _is_solved_again(f, evidence)
+    ]
+    jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
+    solved: dict[Fit, Fit] = {}
     for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
         if after is None:
             warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
         elif after.log_evidence > before.log_evidence:
-            fits[before.label] = after
-    singles = list(fits.values())
-    return [*singles, *paired(singles, evidence.prior, c, settings.signature_error)]
+            solved[before] = after
+    persons = [[solved.get(f, f) for f in fits] for fits in evidence.persons]
+    pairs = [paired(fits, evidence.prior, c, settings.signature_error) for fits in persons]
+    return _most_evident([*persons, *pairs])
+
+
+def _is_solved_again(f: Fit, evidence: Evidence) -> bool:
+    """Whether a new solution says more than the derivative, or than that for another person.
+
+    Without reference trials the prediction follows errors of the record: small, so linear.
+    """
+    [effect] = f.hypothesis.effects
+    if effect.changes_body:
+        return True
+    return evidence.referenced and f.hypothesis.firmness == evidence.screened[0].hypothesis.firmness
+
+
+def _most_evident(every: Iterable[Iterable[Fit]]) -> list[Fit]:
+    """Of each label the fit with most evidence."""
+    best: dict[str, Fit] = {}
+    for f in chain.from_iterable(every):
+        if f.label not in best or f.log_evidence > best[f.label].log_evidence:
+            best[f.label] = f
+    return list(best.values())
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

@@ -10,7 +10,7 @@ phase for each degree of freedom).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +48,8 @@ FIRMNESS = (1.0, 10.0)
 # Differences of smooth functions of order one.
 STEP = 1e-4
 DOF = 10
+# Records a step ahead and a step behind of each parameter.
+Steps = list[tuple[Observed, Observed]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,14 +206,11 @@ class Linearised:
 
     def seen(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record of the same solution, by what electrodes see of it."""
-        records = [
-            [
-                self._record(self.point.free, effect.apply(self.move.body, effect.physical(x)))
-                for x in (internal + shift, internal - shift)
-            ]
-            for shift in STEP * np.eye(len(internal))
-        ]
-        return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in records])
+
+        def record(x: Array) -> Observed:
+            return self._record(self.point.free, effect.apply(self.move.body, effect.physical(x)))
+
+        return _derivative(_stepped(record, internal))
 
     def posture(self) -> Array:
         """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
@@ -319,27 +318,29 @@ def _signatures(
 
 def record_derivative(effect: Effect, internal: Array, anchor: Observed) -> Array:
     """Change (P, N, K) of a record per unit of an effect on the measurement."""
-    pairs = _stepped(effect, internal, anchor)
-    return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in pairs])
+    return _derivative(_recorded_steps(effect, internal, anchor))
 
 
-def _stepped(effect: Effect, internal: Array, anchor: Observed) -> list[tuple[Observed, Observed]]:
+def _recorded_steps(effect: Effect, internal: Array, anchor: Observed) -> Steps:
+    return _stepped(lambda x: effect.observe(anchor, effect.physical(x)), internal)
+
+
+def _stepped(record: Callable[[Array], Observed], internal: Array) -> Steps:
     """Records a step ahead and a step behind of each parameter."""
-    return [
-        (
-            effect.observe(anchor, effect.physical(internal + shift)),
-            effect.observe(anchor, effect.physical(internal - shift)),
-        )
-        for shift in STEP * np.eye(len(internal))
-    ]
+    shifts = STEP * np.eye(len(internal))
+    return [(record(internal + shift), record(internal - shift)) for shift in shifts]
+
+
+def _derivative(steps: Steps) -> Array:
+    return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in steps])
 
 
 def _followed(local: Linearised, effect: Effect, anchor: Observed) -> Array:
     """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
     if effect.changes_body:
         return np.zeros((len(effect.params), *difference(anchor, anchor).shape))
-    pairs = _stepped(effect, np.zeros(len(effect.params)), anchor)
-    return local.following(pairs, 2.0 * STEP)
+    steps = _recorded_steps(effect, np.zeros(len(effect.params)), anchor)
+    return local.following(steps, 2.0 * STEP)
 
 
 def session_records(anchor: Observed, settings: GapSettings) -> list[Observed]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -169,7 +169,10 @@ class Effect:
     params : the first is the primary amplitude
     needs : kinds of observables without which it cannot be seen
     mimics : families easily taken for it; splitting : trial or sensor that tells them apart
+    order : pairs (i, j) of parameters of which the first is never above the second
     """
+
+    order: ClassVar[tuple[tuple[int, int], ...]] = ()
 
     side: str
     family: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,19 +43,25 @@ class StrengthLoss(Effect):
 
     Fibres that are gone are silent and cost no effort: a share g of the fibres, active by a, has
     the effort g a^2 and shows g a on electrodes. That is a muscle with the activation
-    b = sqrt(g) a at most sqrt(g), the effort b^2, 1 / sqrt(g) times the force and sqrt(g) b on
-    electrodes.
+    b = sqrt(g) a at most sqrt(g), the effort b^2, 1 / sqrt(g) times the active force and sqrt(g) b
+    on electrodes. What is left of the fibres is no stronger than it was.
     """
+
+    order: ClassVar[tuple[tuple[int, int], ...]] = ((0, 1),)
 
     def apply(self, body: Body, values: Array) -> Body:
         """Scale active and passive force alike: fibres are missing or thinner, not shorter."""
         factor, left = values
         chosen = body.chosen(self.member)
         share = np.where(chosen, np.sqrt(left), 1.0)
-        force = body.muscles.max_isometric_force * np.where(chosen, factor, 1.0) / share
+        muscles = replace(
+            body.muscles,
+            max_isometric_force=body.muscles.max_isometric_force * np.where(chosen, factor, 1.0),
+            capacity=body.muscles.capacity / share,
+        )
         return replace(
             body,
-            muscles=replace(body.muscles, max_isometric_force=force),
+            muscles=muscles,
             cap=body.cap * share,
             seen=body.seen * share,
         )

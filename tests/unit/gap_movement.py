@@ -16,6 +16,7 @@ from small_arm import (
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.gap.effects.base import Body, Observed, Setup
 from scapulohumeral.gap.forward import EXCITATION_EFFORT, Movement
+from scapulohumeral.gap.habits import no_drive
 from scapulohumeral.gap.settings import (
     GapSettings,
     ModelSpread,
@@ -23,7 +24,6 @@ from scapulohumeral.gap.settings import (
     SessionSpread,
 )
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.ocp.emg_term import EmgTerm
 
 NODES = 12
 CHANNELS = ("EMG_a", "EMG_b")
@@ -71,12 +71,13 @@ def small_body() -> Body:
 def small_movement(equations) -> Movement:
     """The tracking problem of the small arm's elevation."""
     objective = small_objective(equations.name, NODES, 1.0)
-    objective = replace(objective, weights=replace(objective.weights, emg=1.0), emg=_no_effort())
-    return Movement(small_forces(equations), small_body(), objective, small_motion(NODES) + 0.05)
-
-
-def _no_effort():
-    return EmgTerm(np.zeros((1, 3)), np.zeros((NODES, 1)), np.ones(NODES))
+    body, drive = small_body(), no_drive(NODES, 3)
+    objective = replace(
+        objective,
+        weights=replace(objective.weights, emg=1.0),
+        emg=drive.term(body.effort),
+    )
+    return Movement(small_forces(equations), body, objective, small_motion(NODES) + 0.05, drive)
 
 
 def small_record(peak: float = 1.4) -> Observed:

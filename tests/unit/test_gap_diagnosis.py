@@ -17,6 +17,7 @@ from scapulohumeral.gap.attribute import fit
 from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
 from scapulohumeral.gap.diagnosis import _remarks_on_shrinkage, diagnose
 from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.habits import no_drive
 from scapulohumeral.gap.library import EMG_FAMILIES, library
 from scapulohumeral.gap.observe import channel_names, difference, phase_functions
 from scapulohumeral.gap.result import Share, Shrinkage, to_json
@@ -45,7 +46,7 @@ def smooth_change(name, channels, nodes=NODES):
     return curves * np.array([0.0] * 9 + [4.0] + [0.05] * (channels - 10))
 
 
-def made_up_response(task, anchor, model, effects, recorder, settings):
+def made_up_response(task, anchor, model, effects, recorder, settings, without_effects):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = 10 + len(recorder.channels)
     signatures = tuple(
@@ -67,7 +68,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings):
         task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures, posture=none,
         session=session, followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session, slack=slack, levers=levers,
-        needed=np.zeros((NODES - 1, 10)),
+        needed=np.zeros((NODES - 1, 10)), drive=no_drive(NODES, 3),
     )  # fmt: skip
 
 
@@ -130,6 +131,20 @@ def test_effects_are_found_however_firmly_the_movement_is_kept(firmness):
     assert answer.candidates[0].label == RIGHT
     errors = dict(answer.curves["errors"].to_numpy().tolist())
     assert errors["firmness"] == firmness
+
+
+@pytest.mark.parametrize("reference", [True, False])
+def test_habits_are_read_from_reference_trials_only(reference, monkeypatch):
+    """EMG of test trials holds the effect that is looked for."""
+    told = []
+
+    def respond(*job):
+        told.append(job[-1])
+        return made_up_response(*job)
+
+    monkeypatch.setattr(gather, "respond", respond)
+    diagnosed(effect=RIGHT, reference=reference)
+    assert told == [reference] * len(TASKS)
 
 
 def smallest_gain(answer):

@@ -36,7 +36,7 @@ def weakened(quaternion_equations):
     response = Response(
         task="t", anchor=anchor, nominal=local.observed, point=point, effects=((slope,),),
         posture=nothing, session=nothing, followed=(), followed_session=nothing, slack=nothing,
-        levers=nothing, needed=nothing,
+        levers=nothing, needed=nothing, drive=move.drive,
     )  # fmt: skip
     weak = WEAK.apply(move.body, np.array([LEFT, FIBRES_LEFT]))
     x = move.trajectory(move.solved(weak, point, 300))

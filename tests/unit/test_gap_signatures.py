@@ -137,6 +137,7 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
         task="t", anchor=small_record(), nominal=small_record(), point=local.point,
         effects=((wrong,), (2.0 * wrong,)), posture=none, session=wrong, followed=(followed,),
         followed_session=0.5 * followed, slack=none, levers=none, needed=none,
+        drive=local.move.drive,
     )  # fmt: skip
     residual = response.of_residual()
     np.testing.assert_allclose(residual.effects[0][0], 1.0)

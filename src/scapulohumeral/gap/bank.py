@@ -29,7 +29,7 @@ UNCHECKED = {"reference": 1.5, "no_reference": 2.5}
 # Modules that tests and thresholds are made by. Model and solver are left out: they move both
 # sides of the ratio, and a bank that every edit of them made stale would never be there.
 STATISTICS = (
-    "attribute.py", "evidence.py", "floor.py", "forward.py", "gather.py", "locate.py",
+    "attribute.py", "evidence.py", "floor.py", "forward.py", "gather.py", "habits.py", "locate.py",
     "movement.py", "observe.py", "pairs.py", "records.py", "signatures.py",
 )  # fmt: skip
 # Settings that neither tests nor thresholds read.

@@ -124,7 +124,8 @@ def _compared(
     records = read_records(case, model, settings, [])
     unseen = read_records(hidden, model, settings, [])
     [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
-    response = respond("hidden", anchor, model, effects, records.recorder, settings)
+    referenced = bool(records.reference)
+    response = respond("hidden", anchor, model, effects, records.recorder, settings, referenced)
     spread, base = None, anchor
     if not records.reference:
         response, base = response.of_residual(), response.nominal

@@ -21,6 +21,7 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.base import JOINTS, Body, Observed
+from scapulohumeral.gap.habits import Drive, no_drive, toward_emg
 from scapulohumeral.gap.observe import mean_pose
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
@@ -31,7 +32,6 @@ from scapulohumeral.model.rotations import (
 )
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
-from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
@@ -49,6 +49,10 @@ HASTY, PATIENT = 25, 80
 EXCITATION_EFFORT = 0.01
 # What takes longer to set up than to differentiate, and serves all variants of a movement.
 KEPT = ("set_up", "_nominal")
+# Smoothing of the scapulothoracic contact over that of the study, of tracked movements. Markers
+# place a scapula to some millimetres, and it glides on muscle: on ribs as hard as DAS3's, whether a
+# recorded scapula touches them at all is chance, and a derivative holds for a millimetre.
+CONTACT_WIDTH = 3.0
 # What predictions track; scapula and clavicle are free.
 PREDICTED_FROM = ("humerus", "elbow")
 GH_QUATERNION = slice(8, 12)
@@ -111,6 +115,7 @@ class Movement:
     body : nominal body
     objective : objective with the nominal glenoid and without effort of its own
     angles_rad : (N, 10) motion to track
+    drive : of the muscles beside effort
     mesh : problem of as many nodes with the same equations and muscles, if there is one already
     """
 
@@ -118,6 +123,7 @@ class Movement:
     body: Body
     objective: Objective
     angles_rad: np.ndarray
+    drive: Drive
     mesh: Problem | None = None
 
     def problem(self, body: Body, hessian: str = "exact") -> Problem:
@@ -160,12 +166,9 @@ class Movement:
         return variant(self.set_up)
 
     def _objective(self, body: Body) -> Objective:
-        nodes = len(self.objective.reference)
-        effort = EmgTerm(
-            np.diag(np.sqrt(body.effort)), np.zeros((nodes, len(body.effort))), np.ones(nodes)
-        )
         inclination, version = body.glenoid_rad
-        return replace(self.objective, glenoid=(inclination, version), emg=effort)
+        emg = self.drive.term(body.effort)
+        return replace(self.objective, glenoid=(inclination, version), emg=emg)
 
     def cold_start(self) -> Start:
         """Start near the motion to track."""
@@ -207,6 +210,30 @@ class Movement:
     def with_weights(self, weights: Weights) -> Movement:
         """The same movement with other weights."""
         return self._varied(objective=replace(self.objective, weights=weights))
+
+    def with_habits(
+        self, point: Start, emg: np.ndarray, electrodes: np.ndarray, iterations: int
+    ) -> tuple[Movement, Start]:
+        """The same movement of a person who is driven as EMG shows, and its solution.
+
+        Parameters
+        ----------
+        point : solution without habits; iterations : after which a solve counts as failed
+        emg : (N, C) of maximum voluntary contraction
+        electrodes : (C, M) elements that channels average
+
+        Raises
+        ------
+        SolveError                   EMG cannot be followed
+        """
+        drive = toward_emg(self.trajectory(point).e, emg, electrodes)
+        following = self.driven(drive)
+        point = following.solved(self.body, point, iterations)
+        return self.driven(drive.habit(self.trajectory(point).e)), point
+
+    def driven(self, drive: Drive) -> Movement:
+        """The same movement with another drive of the muscles."""
+        return self._varied(drive=drive)
 
     def kept(self, point: Start, firmness: float) -> Movement:
         """The same movement of a person who keeps its solution more firmly against effects.
@@ -277,6 +304,9 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         tracked=SEGMENTS if settings.view == "tracking" else PREDICTED_FROM,
     )
     body = nominal_body(model, len(angles))
+    if settings.view == "tracking":
+        body = _on_soft_ribs(body)
+    drive = no_drive(len(angles), len(body.effort))
     objective = Objective(
         errors=errors,
         reference=errors.reference(angles, w["clavicle_point_m"]),
@@ -284,12 +314,10 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         step=observed.duration_s / (len(angles) - 1),
         glenoid=(float(body.glenoid_rad[0]), float(body.glenoid_rad[1])),
         activity=np.ones(len(angles)),
-        emg=EmgTerm(
-            np.zeros((1, len(body.effort))), np.zeros((len(angles), 1)), np.ones(len(angles))
-        ),
+        emg=drive.term(body.effort),
     )
     meshes = _meshes(model)
-    move = Movement(model.forces, body, objective, angles, meshes.get(len(angles)))
+    move = Movement(model.forces, body, objective, angles, drive, meshes.get(len(angles)))
     meshes.setdefault(len(angles), move.set_up)
     return move
 
@@ -337,6 +365,12 @@ def nominal_body(model: ParticipantModel, nodes: int) -> Body:
         gh_lift=np.zeros((nodes - 1, 3)),
         external_Nm=np.zeros((nodes - 1, SPEEDS)),
     )
+
+
+def _on_soft_ribs(body: Body) -> Body:
+    """A body whose scapula glides on muscles."""
+    width = CONTACT_WIDTH * np.asarray(body.parameters["contact_eps"])
+    return replace(body, parameters={**body.parameters, "contact_eps": width})
 
 
 def with_state(move: Movement, point: Start) -> Movement:

@@ -61,7 +61,7 @@ def gather(
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
     jobs = [
-        (task, anchor, model, effects, records.recorder, local)
+        (task, anchor, model, effects, records.recorder, local, bool(records.reference))
         for task, anchor in records.anchors.items()
     ]
     found = side_by_side(_respond_or_reason, jobs, case.threads)

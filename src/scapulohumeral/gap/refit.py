@@ -80,8 +80,8 @@ def kept_movement(
     model: ParticipantModel, response: Response, firmness: float, settings: GapSettings
 ) -> Movement:
     """The movement of a response, kept with a firmness, ready to be solved with effects."""
-    move = with_state(movement(model, response.anchor, settings), response.point)
-    return move.kept(response.point, firmness)
+    move = movement(model, response.anchor, settings).driven(response.drive)
+    return with_state(move, response.point).kept(response.point, firmness)
 
 
 def _limited(current: Fit) -> np.ndarray:

@@ -38,13 +38,13 @@ def fit_all(
         if f.label in listed and _is_solved_again(f, evidence)
     ]
     jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
-    solved: dict[Fit, Fit] = {}
-    for before, after in zip(again, side_by_side(_refit_or_keep, jobs, threads), strict=True):
-        if after is None:
-            warnings.append(f"{before.label}: not solved again; its amplitude is a linear estimate")
-        elif after.log_evidence > before.log_evidence:
-            solved[before] = after
-    persons = [[solved.get(f, f) for f in fits] for fits in evidence.persons]
+    found = side_by_side(_refit_or_keep, jobs, threads)
+    solved = {before: after for before, after in zip(again, found, strict=True) if after}
+    for label in sorted({f.label for f in again} - {f.label for f in solved}):
+        warnings.append(f"{label}: not solved again; its amplitude is a linear estimate")
+    persons = [
+        _most_evident([fits, [solved[f] for f in fits if f in solved]]) for fits in evidence.persons
+    ]
     pairs = [paired(fits, evidence.prior, c, settings.signature_error) for fits in persons]
     return _most_evident([*persons, *pairs])
 

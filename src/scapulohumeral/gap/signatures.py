@@ -21,6 +21,7 @@ from scapulohumeral.gap.effects.emd import PARAMS as DELAY
 from scapulohumeral.gap.effects.emd import Emd
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.forward import Movement, movement, nominal_start, with_state
+from scapulohumeral.gap.habits import Drive
 from scapulohumeral.gap.observe import difference, phase_functions, predicted
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.settings import GapSettings
@@ -85,6 +86,7 @@ class Response:
     slack : (10, F, N, K) change per N m of each smooth generalised force
     levers : (N - 1, 10, M) generalised forces of full activations at mesh midpoints [N m]
     needed : (N - 1, 10) generalised forces that the muscles have to produce there [N m]
+    drive : of the muscles beside effort
     """
 
     task: str
@@ -99,6 +101,7 @@ class Response:
     slack: Array
     levers: Array
     needed: Array
+    drive: Drive
 
     def of_residual(self) -> Response:
         """Changes of record minus prediction, instead of the record: what is left of an error of
@@ -120,8 +123,15 @@ def respond(
     effects: Sequence[Effect],
     recorder: Recorder,
     settings: GapSettings,
+    without_effects: bool,
 ) -> Response:
     """Solve the nominal movement of a task and differentiate it.
+
+    Parameters
+    ----------
+    task, anchor : name and mean record; model, settings : of the nominal movement
+    effects : what it is differentiated by; recorder : what is recorded
+    without_effects : whether the record shows none, so that its EMG tells the person's habits
 
     Raises
     ------
@@ -129,6 +139,8 @@ def respond(
     """
     move = movement(model, anchor, settings)
     point = move.solved(move.body, nominal_start(move, settings), settings.iterations)
+    if without_effects and anchor.emg is not None:
+        move, point = move.with_habits(point, anchor.emg, recorder.electrodes, settings.iterations)
     move = with_state(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)
     levers, needed = _balance(move, point)
@@ -146,6 +158,7 @@ def respond(
         slack=local.slack(),
         levers=levers,
         needed=needed,
+        drive=move.drive,
     )
 
 

@@ -11,6 +11,7 @@ from scapulohumeral.gap.bank import (
     NullBank,
     NullCase,
     inflation,
+    instructions,
     read_bank,
     write_bank,
 )
@@ -62,3 +63,17 @@ def test_bank_of_other_settings_is_refused(tmp_path):
     path.write_text("{}")
     with pytest.raises(ConfigError, match="expected a null bank"):
         read_bank(path, SETTINGS)
+
+
+SOURCE = '"""Doc."""\n\nSHARE = 0.3  # why\n\n\ndef half(x):\n    """Half."""\n    return x / 2\n'
+
+
+def test_other_words_make_no_bank_stale():
+    reworded = SOURCE.replace("Doc.", "Text.").replace("  # why", "").replace("Half.", "Of x.")
+    assert instructions(reworded) == instructions(SOURCE)
+    assert instructions('def nothing():\n    """Doc."""\n') == "def nothing():\n    pass"
+
+
+@pytest.mark.parametrize(("old", "new"), [("0.3", "0.4"), ("x / 2", "x / 3"), ("half", "double")])
+def test_other_instructions_do(old, new):
+    assert instructions(SOURCE.replace(old, new)) != instructions(SOURCE)

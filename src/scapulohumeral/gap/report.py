@@ -15,9 +15,11 @@ TEMPLATE = "report.html.j2"
 # What each kind of missing data costs, said at the top of the page.
 COSTS = {
     "reference": "No reference trials of the same person: errors of the model itself cannot be "
-    "told from effects as well. Lower confidence.",
-    "emg": "No EMG: effects on muscles show only as far as they change the movement, and effects "
-    "on EMG cannot be tested. Most causes are then told apart only as classes.",
+    "told from effects as well, nor how this person drives muscles without an effect. Lower "
+    "confidence.",
+    "emg": "No EMG: effects on muscles show only as far as they change the movement, effects on "
+    "EMG cannot be tested, and the model's least effort stands for the person's own. Most causes "
+    "are then told apart only as classes.",
 }
 
 # What was found most probable of person and sessions, by the names of the table "errors".

@@ -46,7 +46,7 @@ def smooth_change(name, channels, nodes=NODES):
     return curves * np.array([0.0] * 9 + [4.0] + [0.05] * (channels - 10))
 
 
-def made_up_response(task, anchor, model, effects, recorder, settings, without_effects):
+def made_up_response(task, anchor, model, effects, recorder, settings, tells_habits):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = 10 + len(recorder.channels)
     signatures = tuple(
@@ -133,9 +133,16 @@ def test_effects_are_found_however_firmly_the_movement_is_kept(firmness):
     assert errors["firmness"] == firmness
 
 
-@pytest.mark.parametrize("reference", [True, False])
-def test_habits_are_read_from_reference_trials_only(reference, monkeypatch):
-    """EMG of test trials holds the effect that is looked for."""
+@pytest.mark.parametrize(
+    ("reference", "unit", "tells"),
+    [
+        (True, "fraction_of_mvc", True),
+        (True, "fraction_of_max", False),
+        (False, "fraction_of_mvc", False),
+    ],
+)
+def test_habits_are_read_from_reference_trials_of_known_level(reference, unit, tells, monkeypatch):
+    """EMG of test trials holds the effect that is looked for; one of its own maximum no level."""
     told = []
 
     def respond(*job):
@@ -143,8 +150,10 @@ def test_habits_are_read_from_reference_trials_only(reference, monkeypatch):
         return made_up_response(*job)
 
     monkeypatch.setattr(gather, "respond", respond)
-    diagnosed(effect=RIGHT, reference=reference)
-    assert told == [reference] * len(TASKS)
+    known = case(effect=RIGHT, reference=reference)
+    participant = replace(known.participant, emg_unit=unit)
+    diagnose(replace(known, participant=participant), None, SETTINGS)
+    assert told == [tells] * len(TASKS)
 
 
 def smallest_gain(answer):

@@ -96,13 +96,13 @@ def test_a_person_with_habits_answers_a_load_as_its_derivative_says(nominal):
     assert np.linalg.norm(change - 0.02 * slope[0]) < 0.05 * np.linalg.norm(change)
 
 
-@pytest.mark.parametrize("without_effects", [True, False])
-def test_only_a_record_without_effects_tells_habits(nominal, monkeypatch, without_effects):
+@pytest.mark.parametrize("tells", [True, False])
+def test_only_a_record_that_tells_habits_gives_any(nominal, monkeypatch, tells):
     move, _ = nominal
     monkeypatch.setattr(signatures, "movement", lambda *_: move)
     monkeypatch.setattr(signatures, "nominal_start", lambda move, settings: move.cold_start())
-    found = respond("t", small_record(), None, (), RECORDER, SETTINGS, without_effects)
-    assert bool(found.drive.slope.any()) is without_effects
+    found = respond("t", small_record(), None, (), RECORDER, SETTINGS, tells)
+    assert bool(found.drive.slope.any()) is tells
 
 
 def test_soft_ribs_are_the_same_body_with_a_wider_contact():

@@ -23,7 +23,7 @@ from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
 from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
-from scapulohumeral.gap.gather import effects_of
+from scapulohumeral.gap.gather import effects_of, tells_habits
 from scapulohumeral.gap.movement import movement_window
 from scapulohumeral.gap.observe import channel_kind, difference, phase_functions
 from scapulohumeral.gap.participant_model import (
@@ -124,8 +124,8 @@ def _compared(
     records = read_records(case, model, settings, [])
     unseen = read_records(hidden, model, settings, [])
     [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
-    referenced = bool(records.reference)
-    response = respond("hidden", anchor, model, effects, records.recorder, settings, referenced)
+    habits = tells_habits(case, records)
+    response = respond("hidden", anchor, model, effects, records.recorder, settings, habits)
     spread, base = None, anchor
     if not records.reference:
         response, base = response.of_residual(), response.nominal

@@ -118,6 +118,11 @@ class GapParticipant:
     emg_unit: str
     neighbours: tuple[tuple[str, str], ...]
 
+    @property
+    def emg_is_of_mvc(self) -> bool:
+        """Whether EMG has a level, not only a shape: a share of maximal voluntary contraction."""
+        return self.emg_unit == "fraction_of_mvc"
+
 
 @dataclass(frozen=True, eq=False)
 class Case:

@@ -68,7 +68,6 @@ __all__ = ["diagnose", "read_settings"]
 
 log = logging.getLogger(__name__)
 
-MVC = "fraction_of_mvc"
 # Effect-free plants wish for recorded scapulae: a bank of predictions from them would hold the very
 # gap between recorded and predicted ones that is to be diagnosed.
 NO_BANK_OF_PREDICTIONS = (
@@ -126,7 +125,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:
     """Settings that know less about EMG gains if each recording has a maximum of its own."""
-    if not case.channels or case.participant.emg_unit == MVC:
+    if not case.channels or case.participant.emg_is_of_mvc:
         return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
     return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))

@@ -41,6 +41,11 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
     return library(setup)
 
 
+def tells_habits(case: Case, records: Records) -> bool:
+    """Whether EMG tells how muscles are driven without effects: reference trials of known level."""
+    return bool(records.reference) and case.participant.emg_is_of_mvc
+
+
 def gather(
     case: Case,
     records: Records,
@@ -60,8 +65,9 @@ def gather(
         # Errors of electrodes and of the model's EMG levels are one unknown here.
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
+    habits = tells_habits(case, records)
     jobs = [
-        (task, anchor, model, effects, records.recorder, local, bool(records.reference))
+        (task, anchor, model, effects, records.recorder, local, habits)
         for task, anchor in records.anchors.items()
     ]
     found = side_by_side(_respond_or_reason, jobs, case.threads)

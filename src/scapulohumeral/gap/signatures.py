@@ -123,7 +123,7 @@ def respond(
     effects: Sequence[Effect],
     recorder: Recorder,
     settings: GapSettings,
-    without_effects: bool,
+    tells_habits: bool,
 ) -> Response:
     """Solve the nominal movement of a task and differentiate it.
 
@@ -131,7 +131,7 @@ def respond(
     ----------
     task, anchor : name and mean record; model, settings : of the nominal movement
     effects : what it is differentiated by; recorder : what is recorded
-    without_effects : whether the record shows none, so that its EMG tells the person's habits
+    tells_habits : whether EMG tells how the person drives muscles without effects
 
     Raises
     ------
@@ -139,7 +139,7 @@ def respond(
     """
     move = movement(model, anchor, settings)
     point = move.solved(move.body, nominal_start(move, settings), settings.iterations)
-    if without_effects and anchor.emg is not None:
+    if tells_habits and anchor.emg is not None:
         move, point = move.with_habits(point, anchor.emg, recorder.electrodes, settings.iterations)
     move = with_state(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, recorder)

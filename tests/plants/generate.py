@@ -4,9 +4,9 @@ Usage: ``python -m plants.generate --cases N --results DIR --participants DIR --
 with ``tests`` on the Python path. Keys must lie outside the checkout; the seed, drawn unless
 ``--seed`` gives it, is kept with them in ``draw.json``, because it tells every cause.
 
-A case folder holds ``participant.yaml``, ``model.yaml``, ``test/TASK_rN.csv``, EMG companions, and
-``reference/`` if the case has one. A key is ``KEYS/CASE.json``: labels, amplitudes, plant, seed,
-what would be seen without noise, and the noise-free hidden task.
+A case folder holds ``participant.yaml``, ``model.yaml``, ``test/TASK_rN.csv``, companions of EMG
+and joint force, and ``reference/``, as far as the case has them. A key is ``KEYS/CASE.json``:
+labels, amplitudes, plant, seed, what would be seen without noise, and the noise-free hidden task.
 """
 
 from __future__ import annotations
@@ -23,7 +23,14 @@ import numpy as np
 import yaml
 
 from plants.arm import Anatomy, Arm, batch, draw_person
-from plants.footprint import FOOTPRINT_MULTIPLE, channel_names, difference, floor, footprints
+from plants.footprint import (
+    CONTACT,
+    FOOTPRINT_MULTIPLE,
+    channel_names,
+    difference,
+    floor,
+    footprints,
+)
 from plants.movement import Variation, draw_variation, no_variation, wished_poses
 from plants.observation import (
     CHANNELS,
@@ -191,12 +198,14 @@ def _simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | No
         electrodes = electrode_matrix(anatomy.names, anatomy.groups)
         runs = sorted(runs, key=lambda run: len(run.pose))
         for start in range(0, len(runs), BATCH):
-            for run, q, excitation, miss in _follow(runs[start : start + BATCH]):
+            for run, q, excitation, reaction, miss in _follow(runs[start : start + BATCH]):
                 trials = found[run.case]
                 if not miss <= LARGEST_MISS:
                     found[run.case] = None
                 elif trials is not None:
-                    trials[run.name] = record(q, excitation, run.arm.measurement, electrodes)
+                    trials[run.name] = record(
+                        q, excitation, reaction, run.arm.measurement, electrodes
+                    )
     return found
 
 
@@ -233,8 +242,10 @@ def _runs(study: Study, plan: Plan) -> list[Run]:
     return runs
 
 
-def _follow(runs: Sequence[Run]) -> Iterator[tuple[Run, np.ndarray, np.ndarray, float]]:
-    """Simulate runs of one anatomy together: pose, excitation and largest miss of each."""
+def _follow(
+    runs: Sequence[Run],
+) -> Iterator[tuple[Run, np.ndarray, np.ndarray, np.ndarray, float]]:
+    """Simulate runs of one anatomy together: pose, excitation, reaction, largest miss of each."""
     longest = max(len(run.pose) for run in runs)
     pose = np.stack([_held(run.pose, longest) for run in runs], axis=1)
     body, control = batch([run.arm for run in runs])
@@ -245,7 +256,8 @@ def _follow(runs: Sequence[Run]) -> Iterator[tuple[Run, np.ndarray, np.ndarray, 
         count = len(run.pose)
         q = trace.q[:count, number]
         miss = relative_angle(humerus_of(q), wish.humerus[:count, number]).max()
-        yield run, q, trace.excitation[:count, number], float(miss)
+        excitation, reaction = (v[:count, number] for v in (trace.excitation, trace.reaction_N))
+        yield run, q, excitation, reaction, float(miss)
 
 
 def _salted(study: Study, plan: Plan) -> Recordings:
@@ -269,7 +281,8 @@ def _salted(study: Study, plan: Plan) -> Recordings:
                 varied = no_variation() if repeat == 0 else _recording_noise(rng)
                 pose = wished_poses(motion, varied)
                 rest = np.zeros((len(pose), len(anatomy.names)))
-                trials[side, task, repeat] = record(pose, rest, arm.measurement, electrodes)
+                free = np.zeros((len(pose), 3))
+                trials[side, task, repeat] = record(pose, rest, free, arm.measurement, electrodes)
     return trials
 
 
@@ -305,13 +318,15 @@ def write_case(study: Study, plan: Plan, recordings: Recordings, folder: Path) -
         _write_table(stem.with_suffix(".csv"), ANGLE_NAMES, trial, np.rad2deg(trial.angles_rad))
         if plan.emg:
             _write_table(stem.parent / f"{stem.name}_emg.csv", CHANNELS, trial, trial.emg)
+        if plan.contact:
+            _write_table(stem.parent / f"{stem.name}_force.csv", CONTACT, trial, trial.force_N)
     model = study.anatomies[plan.participant].record
     _write_participant(plan, model, study.scale[plan.participant], folder)
 
 
 def case_key(plan: Plan, recordings: Recordings) -> dict:
     """What is sealed: the truth of a case."""
-    channels = channel_names(plan.emg)
+    channels = channel_names(plan.emg, plan.contact)
     sigma, size = _changes(plan, recordings)
     hidden = {side: recordings[side, plan.hidden, 0] for side in ("test", "reference")}
     return {
@@ -322,7 +337,7 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
         "seed": plan.seed,
         "participant": plan.participant,
         "tasks": list(plan.tasks),
-        "mode": {"emg": plan.emg, "reference": plan.reference},
+        "mode": {"emg": plan.emg, "contact": plan.contact, "reference": plan.reference},
         "effects": [
             {"label": i.label, "parameter": i.parameter, "amplitude": i.amplitude}
             for i in plan.injections
@@ -334,7 +349,7 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
         "change_sigma": {task: np.round(change, 2).tolist() for task, change in sigma.items()},
         "hidden_task": {
             "task": plan.hidden,
-            **{side: _noise_free(trial, plan.emg) for side, trial in hidden.items()},
+            **{side: _noise_free(trial, plan) for side, trial in hidden.items()},
         },
     }
 
@@ -344,8 +359,8 @@ def _changes(plan: Plan, recordings: Recordings) -> tuple[dict[str, np.ndarray],
     sigma = {}
     for task in plan.tasks:
         test, reference = (recordings[side, task, 0] for side in ("test", "reference"))
-        error = floor(reference, plan.repeats, plan.emg, plan.reference)
-        sigma[task] = difference(test, reference, plan.emg) / error
+        error = floor(reference, plan.repeats, plan.emg, plan.contact, plan.reference)
+        sigma[task] = difference(test, reference, plan.emg, plan.contact) / error
     return sigma, np.max([footprints(change) for change in sigma.values()], axis=0)
 
 
@@ -353,11 +368,12 @@ def _shown(plan: Plan, recordings: Recordings) -> bool:
     return bool(_changes(plan, recordings)[1].max() >= FOOTPRINT_MULTIPLE)
 
 
-def _noise_free(trial: Recording, emg: bool) -> dict:
+def _noise_free(trial: Recording, plan: Plan) -> dict:
     return {
         "time_s": np.round(trial.time_s, 4).tolist(),
         "angles_deg": np.round(np.rad2deg(trial.angles_rad), 4).tolist(),
-        "emg": np.round(trial.emg, 5).tolist() if emg else None,
+        "emg": np.round(trial.emg, 5).tolist() if plan.emg else None,
+        "force_N": np.round(trial.force_N, 2).tolist() if plan.contact else None,
     }
 
 

@@ -1,4 +1,6 @@
-"""What a laboratory records of a simulated trial: joint angles and EMG envelopes, with its errors.
+"""What a laboratory records of a simulated trial, with its errors.
+
+Joint angles, EMG envelopes, and the force on an instrumented glenoid.
 
 Letters: S control steps, M muscles, C = 8 EMG channels.
 """
@@ -42,10 +44,12 @@ NEIGHBOURS = (
 )
 OWN_SHARE = 0.5  # of the envelope from the elements under the electrode, the rest from the group
 ENVELOPE_HZ = 4.0
+FORCE_HZ = 6.0
 ANGLE_NOISE_DEG = 0.5
 SCAPULA_NOISE_DEG = 0.8
 ARTEFACT_ONSET, ARTEFACT_FULL = np.deg2rad([60.0, 120.0])
 EMG_SHARE_NOISE, EMG_FLOOR_NOISE = 0.06, 0.012
+FORCE_SHARE_NOISE, FORCE_NOISE_N = 0.02, 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,25 +85,35 @@ def perfect_measurement(emg_gain: np.ndarray) -> Measurement:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One recorded trial: time (S,) [s], angles (S, 10) [rad], EMG (S, C)."""
+    """One recorded trial.
+
+    time (S,) [s]; angles (S, 10) [rad]; EMG (S, C); force (S, 3) of the humerus on the glenoid in
+    axes of the scapula [N].
+    """
 
     time_s: np.ndarray
     angles_rad: np.ndarray
     emg: np.ndarray
+    force_N: np.ndarray  # noqa: N815 - unit
 
 
 def record(
-    q: np.ndarray, excitation: np.ndarray, measurement: Measurement, electrodes: np.ndarray
+    q: np.ndarray,
+    excitation: np.ndarray,
+    reaction: np.ndarray,
+    measurement: Measurement,
+    electrodes: np.ndarray,
 ) -> Recording:
-    """Noise-free recording of a trace of one simulation, q (S, 13) and excitation (S, M).
+    """Noise-free recording of a trace of one simulation.
 
-    ``electrodes`` (C, M) is made by :func:`electrode_matrix`.
+    Parameters
+    ----------
+    q : (S, 13); excitation : (S, M); reaction : (S, 3) of the glenoid on the humeral head [N]
+    measurement : errors; electrodes : (C, M), made by :func:`electrode_matrix`
     """
     keep = slice(round(SETTLE_S / TICK_S), None)
     pose = turned_frames(q, measurement)[keep]
-    envelope = np.maximum(excitation @ electrodes.T, 0.0)
-    sections = butter(2, ENVELOPE_HZ, fs=1.0 / TICK_S, output="sos")
-    envelope = np.maximum(sosfiltfilt(sections, envelope, axis=0), 0.0)
+    envelope = np.maximum(_smooth(np.maximum(excitation @ electrodes.T, 0.0), ENVELOPE_HZ), 0.0)
     envelope = _delayed(envelope, measurement.delay_s)[keep]
     phase = np.linspace(0.0, 1.0, len(pose))[:, None]
     speed = np.linalg.norm(np.gradient(q[keep][:, 8:12], TICK_S, axis=0), axis=1)[:, None]
@@ -107,7 +121,14 @@ def record(
     raw = measurement.emg_gain * envelope
     raw = raw + raw @ measurement.crosstalk.T
     angles = np.unwrap(pose_to_trial(pose), axis=0)
-    return Recording(TICK_S * np.arange(len(pose)), angles, raw)
+    force = -_smooth(reaction, FORCE_HZ)[keep]
+    return Recording(TICK_S * np.arange(len(pose)), angles, raw, force)
+
+
+def _smooth(curves: np.ndarray, cutoff_hz: float) -> np.ndarray:
+    """Curves (S, K), low-pass filtered without delay."""
+    sections = butter(2, cutoff_hz, fs=1.0 / TICK_S, output="sos")
+    return sosfiltfilt(sections, curves, axis=0)
 
 
 def add_noise(recording: Recording, rng: np.random.Generator) -> Recording:
@@ -121,7 +142,9 @@ def add_noise(recording: Recording, rng: np.random.Generator) -> Recording:
     share = EMG_SHARE_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
     floor = EMG_FLOOR_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
     emg = np.maximum(recording.emg * (1.0 + share) + floor, 0.0)
-    return Recording(recording.time_s, recording.angles_rad + noise, emg)
+    share = FORCE_SHARE_NOISE * smooth_noise(rng, phase, 3)
+    force = recording.force_N * (1.0 + share) + FORCE_NOISE_N * smooth_noise(rng, phase, 3)
+    return Recording(recording.time_s, recording.angles_rad + noise, emg, force)
 
 
 def electrode_matrix(names: tuple[str, ...], groups: np.ndarray) -> np.ndarray:

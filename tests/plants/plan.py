@@ -27,6 +27,8 @@ TASKS = ("frontal", "scapular", "sagittal")
 MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
 WITHOUT_EMG = "measurement/em"
 FEWEST_REPEATS, MOST_REPEATS = 3, 5
+# Share of simulated cases whose glenoid is instrumented.
+CONTACT_SHARE = 0.2
 # Share of cases whose effect may hardly show: what a diagnosis must not make anything of.
 FAINT_SHARE = 0.15
 
@@ -42,7 +44,7 @@ class Plan:
     kind : of `SHARES`
     participant : whose anatomy; tasks : recorded in the case; hidden : kept for scoring
     injections : effects
-    emg, reference : what the case contains; repeats : trials per task and side
+    emg, contact, reference : what the case contains; repeats : trials per task and side
     faint : the effect may hardly show; otherwise it is drawn again
     """
 
@@ -55,6 +57,7 @@ class Plan:
     hidden: str
     injections: tuple[Injection, ...]
     emg: bool
+    contact: bool
     reference: bool
     repeats: int
     faint: bool
@@ -133,6 +136,7 @@ def _plan(
         hidden=order[2],
         injections=injections,
         emg=emg,
+        contact=kind != "salted" and bool(rng.random() < CONTACT_SHARE),
         reference=reference,
         repeats=int(rng.integers(FEWEST_REPEATS, MOST_REPEATS + 1)),
         faint=bool(rng.random() < FAINT_SHARE),

@@ -14,12 +14,26 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import blind_hidden, decide, gather, records, rivals
 from scapulohumeral.gap.attribute import fit
-from scapulohumeral.gap.case import EmgSeries, GapParticipant, GapTrial, ScaledModel, make_case
+from scapulohumeral.gap.bank_build import null_cases
+from scapulohumeral.gap.case import (
+    ContactSeries,
+    EmgSeries,
+    GapParticipant,
+    GapTrial,
+    ScaledModel,
+    make_case,
+)
 from scapulohumeral.gap.diagnosis import _remarks_on_shrinkage, diagnose
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.habits import no_drive
 from scapulohumeral.gap.library import EMG_FAMILIES, library
-from scapulohumeral.gap.observe import channel_names, difference, phase_functions
+from scapulohumeral.gap.observe import (
+    KINEMATIC_CHANNELS,
+    channel_kind,
+    channel_names,
+    difference,
+    phase_functions,
+)
 from scapulohumeral.gap.result import Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures import (
     DOF,
@@ -34,21 +48,24 @@ from scapulohumeral.model.rotations import pose_to_trial
 pytestmark = pytest.mark.unit
 
 TASKS = {"high": 1.5, "low": 1.0}
+EVERY = channel_names(CHANNELS, True)
 RIGHT = "body/strength_loss/biceps"
 AMOUNT = np.log(0.5)
 
 
 def smooth_change(name, channels, nodes=NODES):
-    """Smooth random change (N, K) of the elbow by some degrees, and of EMG by some hundredths."""
+    """Smooth random change (N, K) of the elbow [deg], of EMG [fraction of MVC] and force [N]."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))
     shape = phase_functions(nodes, 3) * np.sqrt(nodes)
-    curves = shape @ rng.normal(size=(3, channels))
-    return curves * np.array([0.0] * 9 + [4.0] + [0.05] * (channels - 10))
+    curves = shape @ rng.normal(size=(3, len(channels)))
+    sizes = {"kinematics": 4.0, "emg": 0.05, "contact_force": 50.0}
+    moved = [c not in KINEMATIC_CHANNELS[:-1] for c in channels]
+    return curves * moved * [sizes[channel_kind(c)] for c in channels]
 
 
 def made_up_response(task, anchor, model, effects, recorder, settings, tells_habits):
     """A nominal solution that predicts the record, with made-up derivatives."""
-    channels = 10 + len(recorder.channels)
+    channels = channel_names(recorder.channels, recorder.contact)
     signatures = tuple(
         tuple(
             np.stack([smooth_change(f"{e.label}{p.name}{kept}", channels) for p in e.params])
@@ -61,7 +78,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings, tells_hab
     slack = np.stack(
         [[smooth_change(f"slack{i}{k}", channels) for k in range(SMOOTH)] for i in range(DOF)]
     )
-    none = np.zeros((1, NODES, channels))
+    none = np.zeros((1, NODES, len(channels)))
     levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
     session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
     return Response(
@@ -80,27 +97,40 @@ def _made_up(monkeypatch):
     monkeypatch.setattr(rivals, "_refit_or_keep", lambda first, *rest: first)
 
 
-def trial(task, repeat, change, emg, seed):
+def trial(task, repeat, change, emg, contact, seed):
     """A recorded trial: the record of its task, changed, with noise."""
     rng = np.random.default_rng(seed)
     record = small_record(TASKS[task])
-    noise = phase_functions(NODES, 3) @ rng.normal(size=(3, 12))
-    curves = change + noise * np.where(np.arange(12) < 10, 0.6, 0.01)
+    noise = phase_functions(NODES, 3) @ np.hstack([rng.normal(size=(3, n)) for n in (12, 3)])
+    curves = change + noise * np.repeat([0.6, 0.01, 10.0], [10, 2, 3])
     time = np.linspace(0.0, 0.44, NODES)
     angles = pose_to_trial(record.pose)
     angles[:, 9] += np.deg2rad(curves[:, 9])
-    series = EmgSeries(time, CHANNELS, record.emg + curves[:, 10:]) if emg else None
+    series = EmgSeries(time, CHANNELS, record.emg + curves[:, 10:12]) if emg else None
+    force = ContactSeries(time, curves[:, 12:]) if contact else None
     window = (0.0, 0.44)
-    return GapTrial(f"{task}_r{repeat}", task, repeat, time, angles, series, None, window, Path())
+    return GapTrial(f"{task}_r{repeat}", task, repeat, time, angles, series, force, window, Path())
 
 
-def case(effect=None, emg=True, reference=True, repeats=3, tasks=tuple(TASKS), kept=""):
-    change = np.zeros((NODES, 12))
+def case(
+    effect=None,
+    emg=True,
+    reference=True,
+    repeats=3,
+    tasks=tuple(TASKS),
+    kept="",
+    contact=False,
+):
+    """A case whose tests are changed as :func:`made_up_response` predicts of its channels."""
+    kinds = {"kinematics", *(["emg"] if emg else []), *(["contact_force"] if contact else [])}
+    measured = [name for name in EVERY if channel_kind(name) in kinds]
+    change = np.zeros((NODES, len(EVERY)))
     if effect:
-        change = AMOUNT * smooth_change(f"{effect}f0_factor{kept}", 12)
+        own = AMOUNT * smooth_change(f"{effect}f0_factor{kept}", measured)
+        change[:, np.isin(EVERY, measured)] = own
     sides = [
         [
-            trial(task, i, amount, emg, 100 * side + 10 * i + len(task))
+            trial(task, i, amount, emg, contact, 100 * side + 10 * i + len(task))
             for task in tasks
             for i in range(repeats)
         ]
@@ -177,7 +207,7 @@ def test_an_own_maximum_says_less_about_emg():
 def test_variants_start_from_the_movements_solved_last(monkeypatch):
     """A cause that only fits after solving again is no less stable for that."""
     cause = "body/joint_damping/EL"
-    shape = AMOUNT * smooth_change("no derivative f0_factor", 12)
+    shape = AMOUNT * smooth_change("no derivative f0_factor", channel_names(CHANNELS, False))
 
     def solved_again(first, comparison, *rest):
         value = np.zeros_like(first.hypothesis.value)
@@ -274,6 +304,8 @@ def test_the_effect_behind_a_gap_is_named():
     "how",
     [
         {"emg": False},
+        {"emg": False, "contact": True},
+        {"contact": True},
         {"reference": False},
         {"emg": False, "reference": False, "repeats": 1},
         {"repeats": 1},
@@ -294,6 +326,22 @@ def test_missing_data_still_give_a_valid_answer(how):
         assert any("no reference trials" in warning for warning in done.warnings)
     if how.get("tasks") and done.shrinkage:
         assert done.shrinkage.new_task is None
+
+
+@pytest.mark.parametrize(
+    ("emg", "contact", "kinds"),
+    [
+        (False, False, [(False, False)]),
+        (True, False, [(True, False), (False, False)]),
+        (True, True, [(True, True), (True, False), (False, True), (False, False)]),
+    ],
+)
+def test_an_effect_free_case_vouches_for_all_its_kinds(emg, contact, kinds):
+    rows = null_cases(case(emg=emg, contact=contact), None, SETTINGS)
+    assert [(row.emg, row.contact) for row in rows] == kinds
+    assert all(0.0 < row.largest < 1.0 for row in rows)
+    # Fewer channels, other values.
+    assert len({row.max_t for row in rows}) == len(kinds)
 
 
 def test_names_and_order_do_not_matter():
@@ -507,7 +555,7 @@ def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     """Difference of a hidden task in which one EMG channel is half as loud again, and what an
     answer with a gain of `value` removes of it, if the person shows `factor` times the effect."""
     monkeypatch.setattr(blind_hidden, "respond", made_up_response)
-    plain = trial("high", 0, np.zeros((NODES, 12)), True, 5)
+    plain = trial("high", 0, np.zeros((NODES, len(EVERY))), True, False, 5)
     louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
     whole = case(reference=reference)
     hidden = replace(
@@ -549,10 +597,12 @@ def test_hidden_trials_and_pairs_are_read_in_their_own_order():
     read = blind_hidden._trial(key, "test")
     np.testing.assert_allclose(np.rad2deg(read.angles_rad), angles)
     assert read.emg.channels == ("EMG_b",)
-    assert (
-        blind_hidden._trial({**key, "hidden_task": {"test": {**curves, "emg": None}}}, "test").emg
-        is None
-    )
+    assert read.contact is None
+    force = [[1.0, 2.0, 3.0]] * 3
+    other = {**key, "hidden_task": {"test": {**curves, "emg": None, "force_N": force}}}
+    read = blind_hidden._trial(other, "test")
+    assert read.emg is None
+    np.testing.assert_allclose(read.contact.force_N, force)
     effects = library(Setup(("biceps",), CHANNELS, (CHANNELS,), False))
     load, weak = (
         next(e for e in effects if e.label == label) for label in ("body/hand_load", RIGHT)

@@ -1,5 +1,6 @@
 """Participants of a diagnosis can be read in every form, and wrong files are refused by key."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,16 @@ def test_short_file(tmp_path):
     assert file.participant.emg_unit == "fraction_of_max"
     assert file.participant.neighbours == (("EMG_infra", "EMG_mid"),)
     assert file.trials == {"lift_r1": TrialEntry("raise", None, (0.4, 2.9))}
+
+
+def test_the_example_of_the_readme_can_be_read(tmp_path):
+    text = (CONFIG.parent / "README.md").read_text(encoding="utf-8")
+    [example] = re.findall(r"```yaml\n(.*?)```", text, flags=re.DOTALL)
+    (tmp_path / "participant.yaml").write_text(example, encoding="utf-8")
+    file = read_participant_file(tmp_path / "participant.yaml", "published")
+    assert file.participant.emg_channels
+    assert file.participant.neighbours
+    assert file.trials["lifting_r1"].window_s == (0.4, 2.9)
 
 
 def test_generic_model_grows_with_height_and_weighs_by_anthropometry(tmp_path):

@@ -19,7 +19,7 @@ from plants.effects import (
     strength_loss,
     tilted,
 )
-from plants.footprint import KINEMATIC, difference, floor, footprints
+from plants.footprint import channel_names, difference, floor, footprints
 from plants.movement import SETTLE_S, draw_variation, no_variation, wished_poses
 from plants.muscles import Muscles
 from plants.observation import (
@@ -111,36 +111,42 @@ def test_electrodes_hear_their_group_only(anatomy: Anatomy) -> None:
     assert heard == {"trap_clav", "delt_clav", "delt_scap", "infra", "trap_scap", "serr_ant"}
 
 
-def trace(anatomy: Anatomy) -> tuple[np.ndarray, np.ndarray]:
-    """A pose sequence and one burst of all muscles."""
+def trace(anatomy: Anatomy) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A pose sequence, one burst of all muscles, and of the reaction."""
     pose = wished_poses(MOTION, no_variation())
     time = TICK_S * np.arange(len(pose))
     burst = np.exp(-(((time - time.mean()) / 0.4) ** 2))
-    return pose, np.tile(burst[:, None], (1, len(anatomy.names)))
+    return (
+        pose,
+        np.tile(burst[:, None], (1, len(anatomy.names))),
+        500.0 * np.outer(burst, np.eye(3)[0]),
+    )
 
 
 def test_recording_without_errors_is_the_motion(anatomy: Anatomy) -> None:
-    pose, excitation = trace(anatomy)
+    pose, excitation, reaction = trace(anatomy)
     matrix = electrode_matrix(anatomy.names, anatomy.groups)
-    recording = record(pose, excitation, perfect_measurement(np.ones(8)), matrix)
+    recording = record(pose, excitation, reaction, perfect_measurement(np.ones(8)), matrix)
     cut = round(SETTLE_S / TICK_S)
     expected = np.unwrap(pose_to_trial(pose[cut:]), axis=0)
     np.testing.assert_allclose(recording.angles_rad, expected, atol=1e-9)
     assert recording.time_s[0] == 0.0
     assert 0.8 < recording.emg.max() < 1.0  # the envelope filter rounds the burst
+    # What the glenoid does to the humerus, the humerus does to the glenoid.
+    assert -500.0 < recording.force_N[:, 0].min() < -450.0
+    np.testing.assert_allclose(recording.force_N[:, 1:], 0.0)
 
 
 def test_errors_of_the_measurement(anatomy: Anatomy) -> None:
-    pose, excitation = trace(anatomy)
-    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    *motion, matrix = *trace(anatomy), electrode_matrix(anatomy.names, anatomy.groups)
     perfect = perfect_measurement(np.ones(8))
-    plain = record(pose, excitation, perfect, matrix)
+    plain = record(*motion, perfect, matrix)
     mixing = np.zeros((8, 8))
     mixing[2, 3] = 0.5
-    mixed = record(pose, excitation, replace(perfect, crosstalk=mixing), matrix)
+    mixed = record(*motion, replace(perfect, crosstalk=mixing), matrix)
     np.testing.assert_allclose(mixed.emg[:, 2], 1.5 * plain.emg[:, 2])
     np.testing.assert_allclose(mixed.emg[:, 3], plain.emg[:, 3])
-    late = record(pose, excitation, replace(perfect, delay_s=0.1), matrix)
+    late = record(*motion, replace(perfect, delay_s=0.1), matrix)
     assert plain.emg[:, 0].argmax() - late.emg[:, 0].argmax() == 10
 
 
@@ -157,26 +163,32 @@ def test_turned_frames_turn_by_their_angle_only_where_they_should() -> None:
 
 def test_footprint_counts_standard_errors() -> None:
     time, angles = np.linspace(0, 1, 50), small_motion(50)
-    reference = Recording(time, angles, np.zeros((50, 8)))
-    shifted = Recording(time, angles + np.deg2rad(5.2) * (np.arange(10) == 9), np.zeros((50, 8)))
-    error = floor(reference, 2, emg=False, referenced=True)
-    size = footprints(difference(shifted, reference, emg=False) / error)
-    np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3], atol=1e-6)
-    assert len(KINEMATIC) == 10
-    alone = floor(reference, 2, emg=True, referenced=False)
+    force = np.tile([300.0, 400.0, 0.0], (50, 1))
+    reference = Recording(time, angles, np.zeros((50, 8)), force)
+    bent = angles + np.deg2rad(5.2) * (np.arange(10) == 9)
+    shifted = Recording(time, bent, np.zeros((50, 8)), force + [0.0, 0.0, 70.0])
+    error = floor(reference, 2, emg=False, contact=True, referenced=True)
+    size = footprints(difference(shifted, reference, emg=False, contact=True) / error)
+    np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3, 0.0, 0.0, 70.0 / 35.0], atol=1e-6)
+    assert len(channel_names(emg=False, contact=True)) == 13
+    alone = floor(reference, 2, emg=True, contact=True, referenced=False)
     np.testing.assert_allclose(alone[:, :10], np.hypot(1.3 / np.sqrt(2.0), 4.0))
-    np.testing.assert_allclose(alone[:, 10:], np.hypot(0.015 / np.sqrt(2.0), 0.08))
+    np.testing.assert_allclose(alone[:, 10:18], np.hypot(0.015 / np.sqrt(2.0), 0.08))
+    np.testing.assert_allclose(alone[:, 18:], np.hypot(35.0 / np.sqrt(2.0), 150.0))
 
 
 def test_noise_is_smooth_and_differs_between_repeats() -> None:
     rng = np.random.default_rng(1)
-    clean = Recording(np.linspace(0, 2, 201), small_motion(201), np.full((201, 8), 0.2))
+    time, force = np.linspace(0, 2, 201), np.full((201, 3), 400.0)
+    clean = Recording(time, small_motion(201), np.full((201, 8), 0.2), force)
     noisy = [add_noise(clean, rng) for _ in range(40)]
     spread = np.rad2deg(np.std([trial.angles_rad for trial in noisy], axis=0)).mean(axis=0)
     assert 0.3 < spread[0] < 0.8
     assert spread[3] > spread[0]
     steps = np.abs(np.diff(noisy[0].emg, axis=0)).max()
     assert steps < 0.005
+    errors = np.std([trial.force_N for trial in noisy], axis=0).mean(axis=0)
+    assert np.all((errors > 5.0) & (errors < 15.0))
 
 
 def test_repeats_start_at_rest_and_vary() -> None:
@@ -202,6 +214,8 @@ def test_plans_follow_their_seed_and_hold_every_family() -> None:
     assert {(plan.emg, plan.reference) for plan in plans} == {
         (emg, reference) for emg in (True, False) for reference in (True, False)
     }
+    # Recorded motions have no simulated joint force.
+    assert {plan.plant for plan in plans if plan.contact} == {"P1"}
     for plan in plans:
         assert plan.hidden not in plan.tasks
 
@@ -233,13 +247,14 @@ def test_a_person_with_two_ways_to_do_a_task_is_drawn_again(
 
     def simulated(_, plans):
         time, rest = np.linspace(0, 1, 50), np.full((50, 8), 0.1)
+        moved = time, small_motion(50)
         recordings = {
-            ("test", task, repeat): Recording(time, small_motion(50), rest)
+            ("test", task, repeat): Recording(*moved, rest, np.zeros((50, 3)))
             for task in plan.tasks
             for repeat in (0, 1, 2)
         }
         other = rest + (next(envelopes) - 0.1) * (np.arange(8) == 5)
-        recordings["test", plan.tasks[1], 2] = Recording(time, small_motion(50), other)
+        recordings["test", plan.tasks[1], 2] = Recording(*moved, other, np.zeros((50, 3)))
         return {p.id: recordings for p in plans}
 
     monkeypatch.setattr(generate, "_simulated", simulated)
@@ -260,7 +275,9 @@ def test_an_effect_that_hardly_shows_is_drawn_again(
     def simulated(_, plans):
         calls.append(len(plans))
         recordings = {
-            (side, task, 0): Recording(np.linspace(0, 1, 50), values, np.zeros((50, 8)))
+            (side, task, 0): Recording(
+                np.linspace(0, 1, 50), values, np.zeros((50, 8)), np.zeros((50, 3))
+            )
             for side, values in trials.items()
             for task in (*plan.tasks, plan.hidden)
         }

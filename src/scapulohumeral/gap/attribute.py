@@ -310,7 +310,9 @@ def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndar
         return free
     factor = np.linalg.cholesky(normal)
     span = np.maximum(high - low, 1e-9)
-    solved = lsq_linear(factor.T, np.linalg.solve(factor, right), (low - 1e-12 * span, high))
+    # An active set of few parameters is exact and ten times as fast as an interior point.
+    target = np.linalg.solve(factor, right)
+    solved = lsq_linear(factor.T, target, (low - 1e-12 * span, high), method="bvls")
     return np.clip(solved.x, low, high)
 
 

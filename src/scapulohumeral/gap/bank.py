@@ -38,10 +38,17 @@ AFTERWARDS = ("short_list", "refits", "temperature", "null_bank")
 
 @dataclass(frozen=True)
 class NullCase:
-    """One effect-free case: mode ("reference" or "no_reference"), and values over thresholds."""
+    """One effect-free case.
+
+    Attributes
+    ----------
+    mode : "reference" or "no_reference"; emg, contact : what is recorded beside motion
+    max_t, glr : test values over their thresholds
+    """
 
     mode: str
     emg: bool
+    contact: bool
     max_t: float
     glr: float
 
@@ -59,18 +66,23 @@ class NullBank:
     cases: tuple[NullCase, ...]
 
 
-def inflation(bank: NullBank | None, mode: str, emg: bool, alpha: float) -> tuple[float, str]:
+def inflation(
+    bank: NullBank | None, mode: str, emg: bool, contact: bool, alpha: float
+) -> tuple[float, str]:
     """Factor on simulated thresholds for cases of a kind, and what to say about it.
 
     Parameters
     ----------
     bank : None without one that fits
-    mode, emg : kind of the case; with no case of the kind, all of the mode count
+    mode, emg, contact : kind of the case. With too few cases of the kind to vouch for `alpha`, all
+        with as much EMG count, with none of these all of the mode
     alpha : false alarms allowed
     """
     uncalibrated = "probabilities are not calibrated"
     mode_cases = [case for case in bank.cases if case.mode == mode] if bank else []
-    cases = [case for case in mode_cases if case.emg == emg] or mode_cases
+    with_emg = [case for case in mode_cases if case.emg == emg]
+    alike = [case for case in with_emg if case.contact == contact]
+    cases = (alike if (len(alike) + 1) * alpha >= 1.0 else with_emg) or mode_cases
     if not cases:
         return UNCHECKED[mode], (
             f"thresholds are simulated and raised by {UNCHECKED[mode]}, as no effect-free case of "

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from scapulohumeral.gap.case import Case, make_case
 from scapulohumeral.gap.evidence import Evidence
 from scapulohumeral.gap.gather import gather
 from scapulohumeral.gap.locate import effect_shaped, shows
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS
+from scapulohumeral.gap.observe import channel_kind
 from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
 from scapulohumeral.gap.records import read_records
 from scapulohumeral.gap.run import read_case
@@ -37,7 +38,7 @@ class BankRequest:
 
 
 def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
-    """Test all cases with and without their reference, and with and without their EMG.
+    """Test all cases with and without their reference, their EMG and their joint force.
 
     Returns
     -------
@@ -74,29 +75,28 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
 
 
 def null_cases(case: Case, model: ParticipantModel, settings: GapSettings) -> list[NullCase]:
-    """Rows of one effect-free case: as it is, and without its EMG."""
+    """Rows of one effect-free case: as it is, and without its EMG, its joint force, or both."""
     records = read_records(case, model, settings, [])
     evidence = gather(case, records, model, settings, [])
-    rows = [_row(evidence, evidence.comparison.channels, case, settings)]
-    if case.channels:
-        rows.append(_row(evidence, KINEMATIC_CHANNELS, case, settings))
-    return rows
+    emg = (True, False) if case.channels else (False,)
+    contact = (True, False) if case.has_contact else (False,)
+    return [_row(evidence, *kind, case, settings) for kind in product(emg, contact)]
 
 
 def _row(
-    evidence: Evidence, channels: Sequence[str], case: Case, settings: GapSettings
+    evidence: Evidence, emg: bool, contact: bool, case: Case, settings: GapSettings
 ) -> NullCase:
-    """Both test values over their thresholds, on some of the channels."""
+    """Both test values over their thresholds, with or without EMG and joint force."""
     whole = evidence.comparison
+    known = {"kinematics", *(["emg"] if emg else []), *(["contact_force"] if contact else [])}
+    channels = [name for name in whole.channels if channel_kind(name) in known]
     rows, part = whole.channel_rows(channels), whole.only(channels)
     slopes = [f.hypothesis.slope[rows] for f in evidence.screened]
     found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
     value, null = effect_shaped(part, slopes, case.seed)
     threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))
-    emg = len(part.channels) > len(KINEMATIC_CHANNELS)
-    return NullCase(
-        case.mode, emg, round(found.value / found.threshold, 4), round(value / threshold, 4)
-    )
+    over = round(found.value / found.threshold, 4), round(value / threshold, 4)
+    return NullCase(case.mode, emg, contact, *over)
 
 
 def _read(request: BankRequest, folder: Path, config: Mapping[str, Any]) -> Case:

@@ -19,7 +19,7 @@ import pandas as pd
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.blind_scores import HiddenGap, ScoredCase
-from scapulohumeral.gap.case import Case, EmgSeries, GapTrial, make_case
+from scapulohumeral.gap.case import Case, ContactSeries, EmgSeries, GapTrial, make_case
 from scapulohumeral.gap.curves import read_table
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.floor import Comparison, compress, total_covariance
@@ -101,8 +101,11 @@ def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
     if curves.get("emg"):
         names = [name for name in key["channels"] if channel_kind(name) == "emg"]
         emg = EmgSeries(time_s, tuple(names), np.array(curves["emg"]))
+    contact = None
+    if curves.get("force_N"):
+        contact = ContactSeries(time_s, np.array(curves["force_N"]))
     window = movement_window(time_s, angles)
-    return GapTrial(side, "hidden", 1, time_s, angles, emg, None, window, Path(side))
+    return GapTrial(side, "hidden", 1, time_s, angles, emg, contact, window, Path(side))
 
 
 def _compared(

@@ -115,8 +115,10 @@ class ScoredCase:
     def mode(self) -> str:
         """What the case contains."""
         mode = self.key["mode"]
-        emg = "emg" if mode["emg"] else "motion"
-        return f"{emg}_{'reference' if mode['reference'] else 'no_reference'}"
+        parts = ["emg" if mode["emg"] else "motion"]
+        if mode.get("contact"):  # keys of earlier draws do not say
+            parts.append("force")
+        return "_".join([*parts, "reference" if mode["reference"] else "no_reference"])
 
     @property
     def verdict(self) -> Mapping[str, Any] | None:

@@ -102,7 +102,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     bank, reason = None, NO_BANK_OF_PREDICTIONS
     if settings.view == "tracking":
         bank, reason = null_bank.read_bank(_bank_path(settings), settings)
-    inflation, remark = null_bank.inflation(bank, mode, bool(case.channels), settings.alpha)
+    kind = mode, bool(case.channels), case.has_contact
+    inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = gather(case, records, model, settings, warnings)

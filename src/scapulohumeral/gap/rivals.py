@@ -29,14 +29,10 @@ def fit_all(
     """
     c, settings = evidence.comparison, evidence.settings
     short = strongest(_most_evident(evidence.persons), evidence.prior, settings.short_list)
-    listed = [f.label for f in short]
-    log.info("short list: %s", ", ".join(listed))
-    again = [
-        f
-        for fits in evidence.persons
-        for f in fits
-        if f.label in listed and _is_solved_again(f, evidence)
-    ]
+    # Without reference trials the prediction follows errors of the record: small, so linear.
+    listed = [f.label for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
+    log.info("solved again: %s", ", ".join(listed))
+    again = [f for fits in evidence.persons for f in fits if f.label in listed]
     jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
     found = side_by_side(_refit_or_keep, jobs, threads)
     solved = {before: after for before, after in zip(again, found, strict=True) if after}
@@ -47,17 +43,6 @@ def fit_all(
     ]
     pairs = [paired(fits, evidence.prior, c, settings.signature_error) for fits in persons]
     return _most_evident([*persons, *pairs])
-
-
-def _is_solved_again(f: Fit, evidence: Evidence) -> bool:
-    """Whether a new solution says more than the derivative, or than that for another person.
-
-    Without reference trials the prediction follows errors of the record: small, so linear.
-    """
-    [effect] = f.hypothesis.effects
-    if effect.changes_body:
-        return True
-    return evidence.referenced and f.hypothesis.firmness == evidence.screened[0].hypothesis.firmness
 
 
 def _most_evident(every: Iterable[Iterable[Fit]]) -> list[Fit]:

@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.curves import TABLES, check_curves, read_table, write_curves
-from scapulohumeral.gap.figures import figures
+from scapulohumeral.gap.figures import figures, isolability_figure
 from scapulohumeral.gap.report import render_report, verdict
 from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
 
@@ -180,6 +180,13 @@ def test_every_table_has_its_figure():
     }  # fmt: skip
     for picture in drawn.values():
         assert picture.svg.startswith("<svg")
+
+
+@pytest.mark.filterwarnings("error")
+def test_pairs_with_long_names_leave_room_for_their_matrix():
+    pair = f"measurement/emg_crosstalk/EMG_trap_clav>EMG_trap_up + {STRENGTH}"
+    table = pd.DataFrame({"label_a": [pair], "label_b": [GAIN], "p_apart": [0.62]})
+    assert "+ body/" in isolability_figure(table).svg
 
 
 @pytest.mark.parametrize("make", [diagnosis, failed], ids=["finished", "failed"])

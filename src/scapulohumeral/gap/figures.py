@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from scapulohumeral.gap.result import NO_GAP, NONE, Diagnosis, Shrinkage
-from scapulohumeral.report.svg import COLOURS, Drawing, Picture, styled
+from scapulohumeral.gap.result import JOIN, NO_GAP, NONE, Diagnosis, Shrinkage
+from scapulohumeral.report.svg import COLOURS, LETTERS_PER_INCH, Drawing, Picture, styled
 
 # Orange to purple: told apart by colour-blind people, symmetric about white.
 DIVERGING = "PuOr_r"
@@ -214,12 +214,14 @@ def isolability_figure(table: pd.DataFrame) -> Picture:
     grid = np.full((len(labels), len(labels)), np.nan)
     for a, b, p in table.itertuples(index=False):
         grid[place[a], place[b]] = grid[place[b], place[a]] = p
-    size = 2.5 + 0.3 * len(labels)
-    drawing = Drawing(1, 1, (size + 2.0, size))
+    names = [label.replace(JOIN, f"\n{JOIN.strip()} ") for label in labels]
+    longest = max(len(line) for name in names for line in name.split("\n"))
+    size = 1.0 + longest / LETTERS_PER_INCH + 0.4 * len(labels)
+    drawing = Drawing(1, 1, (size + 1.0, size))
     [axes] = drawing.panels(1)
     image = axes.imshow(grid, cmap="Greys", vmin=0.5, vmax=1.0)
-    axes.set_xticks(range(len(labels)), labels, rotation=90)
-    axes.set_yticks(range(len(labels)), labels)
+    axes.set_xticks(range(len(labels)), names, rotation=90)
+    axes.set_yticks(range(len(labels)), names)
     axes.grid(visible=False)
     axes.set_title("probability of telling apart", loc="left")
     drawing.figure.colorbar(image, ax=axes)

@@ -36,7 +36,7 @@ LINES: dict[str, dict[str, Any]] = {
     "published": {"linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 2},
 }
 FAILED_LINE = (0, (1, 1.5))
-# Letters of the legend that fit into an inch, and the room that a line and its spaces take.
+# Letters of a label that fit into an inch, and the room that a line and its spaces take.
 LETTERS_PER_INCH = 14
 HANDLE_LETTERS = 7
 STYLE: Any = {

@@ -122,8 +122,7 @@ def case(
     contact=False,
 ):
     """A case whose tests are changed as :func:`made_up_response` predicts of its channels."""
-    kinds = {"kinematics", *(["emg"] if emg else []), *(["contact_force"] if contact else [])}
-    measured = [name for name in EVERY if channel_kind(name) in kinds]
+    measured = channel_names(CHANNELS if emg else (), contact)
     change = np.zeros((NODES, len(EVERY)))
     if effect:
         own = AMOUNT * smooth_change(f"{effect}f0_factor{kept}", measured)

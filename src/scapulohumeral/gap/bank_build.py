@@ -20,7 +20,7 @@ from scapulohumeral.gap.case import Case, make_case
 from scapulohumeral.gap.evidence import Evidence
 from scapulohumeral.gap.gather import gather
 from scapulohumeral.gap.locate import effect_shaped, shows
-from scapulohumeral.gap.observe import channel_kind
+from scapulohumeral.gap.observe import channel_names
 from scapulohumeral.gap.participant_model import ModelSettings, ParticipantModel, participant_model
 from scapulohumeral.gap.records import read_records
 from scapulohumeral.gap.run import read_case
@@ -88,8 +88,7 @@ def _row(
 ) -> NullCase:
     """Both test values over their thresholds, with or without EMG and joint force."""
     whole = evidence.comparison
-    known = {"kinematics", *(["emg"] if emg else []), *(["contact_force"] if contact else [])}
-    channels = [name for name in whole.channels if channel_kind(name) in known]
+    channels = channel_names(case.channels if emg else (), contact)
     rows, part = whole.channel_rows(channels), whole.only(channels)
     slopes = [f.hypothesis.slope[rows] for f in evidence.screened]
     found = shows(part, settings.alpha / 2.0, 1.0, case.seed)

@@ -26,7 +26,7 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.lagrangian import LagrangianHessian
-from scapulohumeral.ocp.layout import Layout
+from scapulohumeral.ocp.layout import REACTION_UNIT_N, Layout
 from scapulohumeral.ocp.objective import Objective, Trajectory
 from scapulohumeral.ocp.scalers import Scalers, no_scalers
 from scapulohumeral.ocp.transcription import Collocation
@@ -42,7 +42,7 @@ class Bounds:
     Attributes
     ----------
     quaternion : each component; angle : Euler angles and elbow [rad]
-    speed : each speed [rad/s]; reaction : each component [kN]
+    speed : each speed [rad/s]; reaction : each component [N]
     activation : activations and excitations
     """
 
@@ -50,7 +50,7 @@ class Bounds:
     angle: tuple[float, float] = (-3.5, 3.5)
     elbow: tuple[float, float] = (-0.2, 2.8)
     speed: tuple[float, float] = (-40.0, 40.0)
-    reaction: tuple[float, float] = (-20.0, 20.0)
+    reaction: tuple[float, float] = (-2e4, 2e4)
     activation: tuple[float, float] = (0.0, 1.0)
 
 
@@ -163,7 +163,7 @@ class Problem(opty.Problem):
         self.lagrangian = LagrangianHessian(
             self.collocation, hessian == "exact", quaternions, coupling
         )
-        self._prepare(_bound_map(symbols, bounds or Bounds(), scalers))
+        self._prepare(_bound_map(symbols, bounds or Bounds(), scalers, self.layout.reaction_unit_N))
 
     def _prepare(self, bounds: dict[sm.Expr, tuple[float, float]]) -> None:
         """What opty's own constructor does after code generation."""
@@ -231,7 +231,7 @@ class Problem(opty.Problem):
         return self.objective_function.value(self.layout.split(free))
 
     def _gradient(self, free: np.ndarray) -> np.ndarray:
-        return self.layout.join(self.objective_function.gradient(self.layout.split(free)))
+        return self.layout.join_gradient(self.objective_function.gradient(self.layout.split(free)))
 
     def hessianstructure(self) -> tuple[np.ndarray, np.ndarray]:
         """Row and column indices of the lower triangle of the Lagrangian's Hessian."""
@@ -241,6 +241,12 @@ class Problem(opty.Problem):
         """Values of the lower triangle of the Lagrangian's Hessian."""
         blocks = self.objective_function.hessian(
             self.layout.split(free), exact=self.hessian_mode == "exact"
+        )
+        squared = self.layout.reaction_unit_N**2
+        blocks = replace(
+            blocks,
+            reaction=squared * blocks.reaction,
+            rate_reaction=squared * blocks.rate_reaction,
         )
         return self.lagrangian.values(free, blocks, obj_factor, lagrange)
 
@@ -285,18 +291,19 @@ def _layout(collocator: Collocator, symbols: Symbols, formulation: Formulation) 
         muscles=len(symbols.inputs) - len(REACTION_NAMES),
         inputs=np.array([inputs.index(s) for s in symbols.inputs]),
         scalers=np.array([parameters.index(s) for s in symbols.scalers], dtype=int).reshape(2, -1),
+        reaction_unit_N=REACTION_UNIT_N,
     )
 
 
 def _bound_map(
-    symbols: Symbols, bounds: Bounds, scalers: Scalers
+    symbols: Symbols, bounds: Bounds, scalers: Scalers, reaction_unit_N: float
 ) -> dict[sm.Expr, tuple[float, float]]:
     quaternion = any(str(s.func) == "q_SC_0" for s in symbols.states)
     limits = {
         "u": bounds.speed,
         "a": bounds.activation,
         "e": bounds.activation,
-        "R": bounds.reaction,
+        "R": (bounds.reaction[0] / reaction_unit_N, bounds.reaction[1] / reaction_unit_N),
         "q": bounds.quaternion if quaternion else bounds.angle,
     }
     groups = len(scalers.names)

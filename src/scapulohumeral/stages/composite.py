@@ -18,7 +18,6 @@ from scapulohumeral.model.rotations import make_continuous, pose_to_trial
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.posed_problem import Target
 
 KINDS = ("q", "u", "a", "e", "reaction")
@@ -118,7 +117,7 @@ def _trajectory(solution: Solution) -> Trajectory:
         u=solution.u,
         a=solution.activation,
         e=solution.excitation,
-        reaction=solution.reaction_N / REACTION_UNIT_N,
+        reaction=solution.reaction_N,
     )
 
 

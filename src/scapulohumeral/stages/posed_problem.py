@@ -27,7 +27,6 @@ from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, write_solution
 from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel
 from scapulohumeral.stages.tracking_metrics import tracking_metrics
 
@@ -158,6 +157,7 @@ def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings
             activation=weights["activation"],
             stability=weights.get("stability", 0.0),
             regularisation=weights["regularisation"],
+            reaction_rate=weights["reaction_rate"],
             excitation_rate=weights["excitation_rate"],
             quaternion_norm=weights["quaternion_norm"],
             emg=weights.get("emg", 0.0) if target.emg else 0.0,
@@ -167,6 +167,7 @@ def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings
         ),
         step=settings.time_step_s,
         glenoid=model.glenoid,
+        superior_inferior_share=model.superior_inferior_share,
         activity=target.activity,
         emg=target.emg,
     )
@@ -201,7 +202,7 @@ def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> 
         excitation=x.e,
         muscle_force_N=force.active * x.a + force.passive,
         fibre_length=fibre,
-        reaction_N=x.reaction * REACTION_UNIT_N,
+        reaction_N=x.reaction,
         angles_rad=x.q if x.q.shape[1] == len(ANGLE_NAMES) else pose_to_trial(pose_of_x),
         reference_rad=posed.target.reference_rad,
         pose=pose_of_x,

@@ -273,6 +273,7 @@ def _certify(posed: PosedProblem, result: Result) -> dict[str, Any]:
             "expected_inertia": list(proof.expected_inertia),
             "reduced_hessian_positive": proof.reduced_hessian_positive,
             "active_bounds": proof.active_bounds,
+            "active_by_kind": proof.active_by_kind,
             "weakly_active_bounds": proof.weakly_active_bounds,
             "holds": proof.holds,
         }

@@ -59,6 +59,7 @@ def parameters(**changes) -> dict:
         "contact_stiffness": 2e4,
         "contact_eps": 0.01,
         "joint_stiffness": [1.0, 2.0, 3.0, 0.5],
+        "spring_torque": [0.8, 1.2, 0.25, 0.6],
         "joint_damping": [0.5, 0.6, 0.7, 0.8],
         "stop_stiffness": 40.0,
         "stop_eps": 0.05,
@@ -79,6 +80,7 @@ RIGID = {
     "conoid_stiffness": 0.0,
     "contact_stiffness": 0.0,
     "joint_stiffness": [0.0] * 4,
+    "spring_torque": [0.0] * 4,
     "joint_damping": [0.0] * 4,
     "stop_stiffness": 0.0,
 }

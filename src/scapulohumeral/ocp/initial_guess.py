@@ -70,7 +70,7 @@ def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray)
     against that moment.
     """
     free = unpack(parameters)
-    for name in ("gravity", "joint_stiffness"):
+    for name in ("gravity", "joint_stiffness", "spring_torque"):
         free[name] = np.zeros_like(free[name])
     weightless = pack(free)
     nq = q.shape[1]

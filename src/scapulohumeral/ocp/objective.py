@@ -45,6 +45,8 @@ class Weights:
     tracked : segments that J_traj follows
     guidance : share of the weight of J_traj on the segments that are not tracked, between 0 and 1;
         predictions are reached from tracking by lowering it
+    anchor : orientation of the clavicle at the first and the last node, quaternions only; 0 leaves
+        it free
     """
 
     trajectory: float = 200.0
@@ -58,6 +60,7 @@ class Weights:
     parameters: float = 0.0
     tracked: tuple[str, ...] = SEGMENTS
     guidance: float = 0.0
+    anchor: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse negative weights and unknown segments."""
@@ -124,6 +127,7 @@ class Objective:
     superior_inferior_share : weight of squared shear along the superior-inferior axis, over that
         along the anterior-posterior one, in J_GH
     activity : (N,) factor on J_traj per node, 1 by default (0 in pauses)
+    elbow_activity : (N,) the same of the elbow, None where it is no other
     emg : envelopes that J_EMG follows
     """
 
@@ -135,6 +139,7 @@ class Objective:
     superior_inferior_share: float
     activity: np.ndarray
     emg: EmgTerm | None = None
+    elbow_activity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Refuse a weight on EMG that is not there, and EMG on another mesh."""
@@ -160,7 +165,14 @@ class Objective:
         share = {g: 1.0 if g in w.tracked else w.guidance for g in SEGMENTS}
         tracked = np.array([w.trajectory * share.get(g, 0.0) for g in groups])
         norm = np.array([w.quaternion_norm * (g == "norm") for g in groups])
-        return self._quadrature[:, None] * (self.activity[:, None] * tracked + norm)
+        activity = np.tile(self.activity[:, None], len(groups))
+        if self.elbow_activity is not None:
+            activity[:, [g == "elbow" for g in groups]] = self.elbow_activity[:, None]
+        weights = self._quadrature[:, None] * (activity * tracked + norm)
+        anchored = [g == "anchor" for g in groups]
+        # The authors weigh each end with a whole interval, whatever the rule of quadrature.
+        weights[np.ix_([0, -1], anchored)] = w.anchor * self.step
+        return weights
 
     @cached_property
     def _emg_weights(self) -> np.ndarray:

@@ -35,7 +35,7 @@ HESSIANS = ("exact", "gauss-newton", "limited-memory")
 REACTION_NAMES = ("R_x", "R_y", "R_z")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bounds:
     """Bounds of the unknowns.
 
@@ -44,6 +44,10 @@ class Bounds:
     quaternion : each component; angle : Euler angles and elbow [rad]
     speed : each speed [rad/s]; reaction : each component [N]
     activation : activations and excitations
+    compression : of the glenoid on the humeral head along the lateral axis of the scapula [N],
+        narrower than `reaction`; None for the same
+    coordinates : least and largest generalised coordinates (2, Nq), in place of the ends above
+    ends_at_rest : whether all speeds are zero at the first and the last node
     """
 
     quaternion: tuple[float, float] = (-1.1, 1.1)
@@ -52,6 +56,9 @@ class Bounds:
     speed: tuple[float, float] = (-40.0, 40.0)
     reaction: tuple[float, float] = (-2e4, 2e4)
     activation: tuple[float, float] = (0.0, 1.0)
+    compression: tuple[float, float] | None = None
+    coordinates: np.ndarray | None = None
+    ends_at_rest: bool = False
 
 
 @dataclass(frozen=True)
@@ -163,7 +170,13 @@ class Problem(opty.Problem):
         self.lagrangian = LagrangianHessian(
             self.collocation, hessian == "exact", quaternions, coupling
         )
-        self._prepare(_bound_map(symbols, bounds or Bounds(), scalers, self.layout.reaction_unit_N))
+        bounds = bounds or Bounds()
+        self._prepare(_bound_map(symbols, bounds, scalers, self.layout.reaction_unit_N))
+        if bounds.ends_at_rest:
+            speeds = self.layout.coordinates + np.arange(10)
+            ends = self.layout.index("x", speeds, np.array([0, self.layout.nodes - 1]))
+            self.lower_bound[ends] = self.upper_bound[ends] = 0.0
+            self._connect()
 
     def _prepare(self, bounds: dict[sm.Expr, tuple[float, float]]) -> None:
         """What opty's own constructor does after code generation."""
@@ -308,7 +321,14 @@ def _bound_map(
     }
     groups = len(scalers.names)
     scaler_limits = [scalers.force_bounds] * groups + [scalers.fibre_bounds] * groups
-    return {
+    found = {
         s: bounds.elbow if str(s.func) == "q_EL" else limits[str(s.func)[0]]
         for s in (*symbols.states, *symbols.inputs)
     } | dict(zip(symbols.scalers, scaler_limits, strict=True))
+    if bounds.coordinates is not None:
+        boxes = bounds.coordinates.T.tolist()
+        found |= {s: (low, high) for s, (low, high) in zip(symbols.states, boxes, strict=False)}
+    if bounds.compression is not None:
+        low, high = bounds.compression
+        found[symbols.inputs[0]] = (low / reaction_unit_N, high / reaction_unit_N)
+    return found

@@ -87,8 +87,10 @@ def tracked(prediction: Prediction) -> Curves:
 def published(cases: Cases) -> list[Curves]:
     """Curves of the published predictions of this participant, on the clock of ours."""
     curves = []
-    for name, motion in cases.published.items():
-        label, line = PUBLISHED_LINES.get(name, (f"published, {name}", PUBLISHED))
+    for name, (label, line) in PUBLISHED_LINES.items():
+        if name not in cases.published:
+            continue
+        motion = cases.published[name]
         time_s, angles = published_angles(cases, motion)
         curves.append(Curves(label, time_s, angles, line))
     return curves

@@ -31,12 +31,14 @@ class Composite:
     ----------
     time_s : (N,), from zero
     trajectory : states, excitations and reactions to start a solve from
+    reference : (N, Nq) coordinates to follow
     activity : (N,) 1 while a motion lasts, 0 in the pauses, where nothing is known
     nodes : first node and node after the last of each motion, by trial name
     """
 
     time_s: np.ndarray
     trajectory: Trajectory
+    reference: np.ndarray
     activity: np.ndarray
     nodes: Mapping[str, tuple[int, int]]
 
@@ -78,6 +80,7 @@ def compose(solutions: Sequence[Solution], step: float, pause_s: float) -> Compo
     return Composite(
         time_s=step * np.arange(count),
         trajectory=Trajectory(**joined),
+        reference=joined["q"],
         activity=np.concatenate(activity),
         nodes=nodes,
     )
@@ -92,7 +95,7 @@ def composite_target(
     """The composite motion as what a problem follows, see :class:`Target`."""
     return Target(
         time_s=composite.time_s,
-        reference_rad=pose_to_trial(composite.trajectory.q),
+        reference_rad=pose_to_trial(composite.reference),
         activity=composite.activity,
         tracked=tracked,
         guidance=guidance,

@@ -25,7 +25,7 @@ from scapulohumeral.report.coordination_targets import (
     validation_verdicts,
 )
 from scapulohumeral.report.loading_figures import sweep_figure
-from scapulohumeral.report.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.stages.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.prediction_figures import prediction_kinematics
 from scapulohumeral.report.prediction_tables import prediction_solves, starts
 from scapulohumeral.report.render import render_report

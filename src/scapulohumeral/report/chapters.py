@@ -19,7 +19,7 @@ from scapulohumeral.report.coordination import Cases
 from scapulohumeral.report.figures import GROUP_NAMES
 from scapulohumeral.report.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.player import Scene, build_scene, player_html
-from scapulohumeral.report.population import CITATION
+from scapulohumeral.stages.population import CITATION
 from scapulohumeral.report.study import Study
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scapulohumeral.dynamics.hill import MuscleParameters
-from scapulohumeral.dynamics.parameters import BALL_JOINTS, SEGMENTS, pack, unpack
+from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import euler_to_quaternion, quaternion_to_matrix
 from scapulohumeral.ocp.problem import Bounds
@@ -49,7 +49,6 @@ class ProblemChoices:
     Attributes
     ----------
     arm : "own" (humerus and elbow as tracked) or "published" (those of the published composite)
-    mass_divisor : what all segment masses and inertias are divided by [1]
     springs : "linear" or "exponential" springs of the joints, with their rest pose and damping
     conoid : "stiff" at the recorded length, or "soft"
     contact : "fitted" thorax ellipsoid, the "published" one, or "none"
@@ -65,7 +64,6 @@ class ProblemChoices:
     """
 
     arm: str = "own"
-    mass_divisor: float = 1.0
     springs: str = "linear"
     conoid: str = "stiff"
     contact: str = "fitted"
@@ -92,7 +90,7 @@ class ProblemChoices:
                 raise ConfigError(
                     f"choice {key}: {getattr(self, key)!r}; choose {' or '.join(allowed)}"
                 )
-        for key in ("mass_divisor", "reaction_rate", "largest_compression_N", "coordinate_margin"):
+        for key in ("reaction_rate", "largest_compression_N", "coordinate_margin"):
             value = getattr(self, key)
             if value is not None and not value > 0:
                 raise ConfigError(f"choice {key}: {value}; expected a positive number")
@@ -105,11 +103,6 @@ class ProblemChoices:
 def chosen_parameters(parameters: np.ndarray, choices: ProblemChoices) -> np.ndarray:
     """Run-time parameters (P,) of the study's model with the choices put on."""
     values: dict[str, object] = {name: block.copy() for name, block in unpack(parameters).items()}
-    for segment in SEGMENTS:
-        for kind in ("mass", "inertia"):
-            values[f"{kind}_{segment}"] = (
-                unpack(parameters)[f"{kind}_{segment}"] / choices.mass_divisor
-            )
     if choices.springs == "exponential":
         values |= _exponential_springs(unpack(parameters)["joint_stiffness"])
     if choices.conoid == "soft":

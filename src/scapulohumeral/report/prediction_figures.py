@@ -19,8 +19,8 @@ from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.figures import ANGLE_TITLES, GROUP_NAMES
 from scapulohumeral.report.kinematics import on_branch, unwrap_deg
 from scapulohumeral.report.paper import COMPOSITE_ELEVATIONS_S
-from scapulohumeral.stages.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.svg import COLOURS, LINES, Drawing, Picture, styled
+from scapulohumeral.stages.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.stages.rhythm import rising_part
 from scapulohumeral.stages.segment_angles import (
     ELEVATION_COLUMN,

@@ -10,6 +10,8 @@ from jsonschema.exceptions import best_match
 
 from scapulohumeral import provenance
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.stages.problem_choices import ProblemChoices
+from scapulohumeral.stages.variants import STUDY, ladder, model_name, named_variants
 
 
 wildcard_constraints:
@@ -17,6 +19,8 @@ wildcard_constraints:
     trial="[a-z0-9_]+",
     condition="[a-z0-9_]+",
     muscles="generic|calibrated",
+    variant="[a-z][a-z0-9_]*",
+    model="[a-z_]+(-[a-z_]+)+",
     formulation="quaternion|euler",
 
 
@@ -198,6 +202,116 @@ def prediction_table(name):
     return [f"results/prediction/{name}.csv"] if predicted else []
 
 
+VARIANTS = named_variants(config["variants"])
+
+
+def check_variants():
+    """Refuse predictions of variants or by conditions that are not described."""
+    section = config["variants"]
+    chosen = {**section["predict"]}
+    for name in chosen:
+        if name not in VARIANTS:
+            raise ConfigError(
+                f"Config key 'variants.predict' names '{name}', which 'variants.named' does not "
+                f"describe. Choose from: {', '.join(VARIANTS)}"
+            )
+    asked = [name for people in chosen.values() for names in people.values() for name in names]
+    for name in [*asked, *section["ladder"]["conditions"]]:
+        if name not in config["prediction"]["conditions"]:
+            raise ConfigError(
+                f"Config section 'variants' asks for the condition '{name}', which "
+                "'prediction.conditions' does not describe. Choose from: "
+                f"{', '.join(config['prediction']['conditions'])}"
+            )
+    for variant in VARIANTS.values():
+        ProblemChoices(**variant.problem)
+
+
+def variant_model_of(variant):
+    """Name of the model of a variant, None where it is the study's own."""
+    return model_name(config["model"], VARIANTS[variant].model)
+
+
+def model_choices(name):
+    """Choices of a model by its name."""
+    return dict(zip(config["model"], name.split("-"), strict=True))
+
+
+def variant_files(wildcards):
+    """Model, muscle geometry and arm of a variant."""
+    participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
+    own = variant_model_of(wildcards.variant)
+    geometry = geometry_model(own)
+    files = {
+        "model": f"results/variants/models/{own}/{participant}.json"
+        if own
+        else f"results/models/{participant}.json",
+        "geometry": f"results/variants/geometry/{geometry}/{participant}/quaternion.npz"
+        if geometry
+        else f"results/muscle_geometry/{participant}/quaternion.npz",
+    }
+    if variant.problem.get("arm", "own") == "published":
+        files["arm"] = published_composite(participant)
+    return files
+
+
+def geometry_model(name):
+    """Model whose muscle paths a model has: the study's, but for the surface under serratus.
+
+    None where the paths are the study's own.
+    """
+    path = model_choices(name)["serratus_path"] if name else config["model"]["serratus_path"]
+    return model_name(config["model"], {"serratus_path": path})
+
+
+def published_composite(participant):
+    """Published healthy prediction of a participant, whose arm a variant follows."""
+    file = Path("config/participants", participant, "participant.yaml")
+    listed = yaml.safe_load(file.read_text(encoding="utf-8")).get("published_predictions", {})
+    if "healthy" not in listed:
+        raise ConfigError(
+            f"Variant on the published arm: {file} lists no published_predictions.healthy. Leave "
+            "the participant out of 'variants.predict'"
+        )
+    return str(file.with_name(listed["healthy"]))
+
+
+def variant_inputs(wildcards):
+    """What a variant's prediction is made from, beside what it shares with the study."""
+    condition = config["prediction"]["conditions"][wildcards.condition]
+    inputs = variant_files(wildcards)
+    if condition["parameters"] == "calibrated":
+        inputs["calibration"] = scalers_of(wildcards.participant)
+    if condition["start"] not in ("tracking", "direct"):
+        inputs["neighbour"] = (
+            f"results/variants/{wildcards.variant}/{wildcards.participant}/{condition['start']}.npz"
+        )
+    return inputs
+
+
+def variant_results(pattern):
+    """Paths of all configured predictions of variants."""
+    return [
+        path
+        for variant, people in config["variants"]["predict"].items()
+        for participant, conditions in people.items()
+        if participant in config["participants"]
+        for path in expand(pattern, variant=variant, participant=participant, condition=conditions)
+    ]
+
+
+def ladder_results(pattern):
+    """Paths of all rungs of the ladder, the variant that it starts from first."""
+    settings = config["variants"]["ladder"]
+    named = {name: VARIANTS[name] for name in (STUDY, settings["start"])}
+    return expand(
+        pattern,
+        variant=[settings["start"], *ladder(named, settings)],
+        participant=settings["participant"],
+        condition=settings["conditions"],
+    )
+
+
 def tasks_of(participant):
     """Configured daily tasks that a participant has a recording of."""
     return [task for task in config["validation"]["tasks"] if task in trials_of(participant)]
@@ -261,3 +375,4 @@ def tracking_results(pattern):
 check_schema()
 check_recordings_exist()
 check_conditions()
+check_variants()

@@ -243,12 +243,16 @@ def variant_files(wildcards):
     own = variant_model_of(wildcards.variant)
     geometry = geometry_model(own)
     files = {
-        "model": f"results/variants/models/{own}/{participant}.json"
-        if own
-        else f"results/models/{participant}.json",
-        "geometry": f"results/variants/geometry/{geometry}/{participant}/quaternion.npz"
-        if geometry
-        else f"results/muscle_geometry/{participant}/quaternion.npz",
+        "model": (
+            f"results/variants/models/{own}/{participant}.json"
+            if own
+            else f"results/models/{participant}.json"
+        ),
+        "geometry": (
+            f"results/variants/geometry/{geometry}/{participant}/quaternion.npz"
+            if geometry
+            else f"results/muscle_geometry/{participant}/quaternion.npz"
+        ),
     }
     if variant.problem.get("arm", "own") == "published":
         files["arm"] = published_composite(participant)

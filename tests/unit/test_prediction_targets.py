@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 import yaml
 
+from scapulohumeral.report.judged import Judged
 from scapulohumeral.report.prediction_targets import (
-    Judged,
     participants_table,
     published_verdicts,
     recording_verdicts,
@@ -70,7 +70,7 @@ def test_participant_without_solution_fails_and_is_named():
     missed = failed(recording_verdicts(TARGETS["against_recording"], table))
     assert missed
     assert all(name.startswith("par3") for name in missed)
-    judged = Judged(TARGETS, table, pd.DataFrame(), ("par1", "par2", "par3"))
+    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
     rows = {row[0]: row[1:] for row in participants_table(judged).rows}
     assert rows["par3"] == ("yes", "no", "no", "no solution")
     assert rows["par2"] == ("yes", "yes", "yes", "")

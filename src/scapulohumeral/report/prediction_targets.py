@@ -7,34 +7,17 @@ whose prediction failed or was not asked for is missed, not left out.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.report.judged import Judged
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.targets import Verdict
 
 NOTHING = "no prediction"
 RHYTHM_CELLS = 24
-
-
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """What predictions are judged by, and their distances.
-
-    Attributes
-    ----------
-    targets : config/targets.yaml
-    recording, published : tables of results/prediction/against_*.csv
-    requested : participants whose predictions the study asks for
-    """
-
-    targets: Mapping[str, Any]
-    recording: pd.DataFrame
-    published: pd.DataFrame
-    requested: tuple[str, ...]
 
 
 def prediction_verdicts(judged: Judged) -> list[Verdict]:
@@ -182,3 +165,43 @@ def _generic_clavicle(limits: Mapping[str, Any], rows: pd.DataFrame) -> Verdict:
         return Verdict(name, NOTHING, target, holds=False)
     highest = float(part.reproduced.max())
     return Verdict(name, f"{highest:.1f} deg", target, highest < limit)
+
+
+def distance_table(judged: Judged) -> Table:
+    """Every prediction against its recording, failed ones included; marked: not converged."""
+    columns = {
+        "ur_rmse_deg": "upward rotation, RMSE",
+        "ur_bias_rest_deg": "at rest",
+        "tilt_rmse_deg": "tilt, RMSE",
+        "internal_rotation_rmse_deg": "internal rotation, RMSE",
+        "clavicle_elevation_rmse_deg": "clavicle elevation, RMSE",
+        "in_band_share": "share in the healthy band [1]",
+        "outside_fit_share": "share outside the fit [1]",
+        "stop_moment_median_Nm": "stops, median [N m]",
+    }
+    names = ("participant", "variant", "condition", "plane", "status")
+    rows = [
+        (*(str(row[name]) for name in names), *(_number(row.get(column)) for column in columns))
+        for row in judged.recording.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(rows) if row[4] != "optimal")
+    return Table((*names, *columns.values()), rows, flagged)
+
+
+def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:
+    """Quantities of some conditions on the published arm, cell by cell."""
+    table = judged.published[judged.published.condition.isin(conditions)]
+    names = ("variant", "condition", "plane", "phase", "quantity")
+    rows = [
+        (
+            *(str(row[name]) for name in names),
+            *(_number(row[kind]) for kind in ("published", "reproduced")),
+            _number(row["reproduced"] - row["published"]),
+        )
+        for row in table.to_dict("records")
+    ]
+    return Table((*names, "published", "reproduced", "difference"), rows)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None or np.isnan(value) else f"{value:.2f}"

@@ -15,7 +15,6 @@ from scapulohumeral.stages.prediction import (
     solve_prediction,
 )
 from scapulohumeral.stages.problem_choices import ProblemChoices
-from scapulohumeral.stages.variants import STUDY
 
 chosen = dict(snakemake.params.condition)
 optional = {key: snakemake.input.get(key) for key in ("calibration", "neighbour", "arm")}
@@ -35,7 +34,7 @@ solve_prediction(
         guidance=tuple(snakemake.params.guidance),
         capacity_steps=tuple(snakemake.params.capacity_steps),
         choices=ProblemChoices(**snakemake.params.problem),
-        variant=snakemake.wildcards.get("variant", STUDY),
+        variant=snakemake.wildcards.get("variant", "study"),
     ),
     solution=(Path(snakemake.output.solution), Path(snakemake.output.summary)),
     solver_log=Path(snakemake.log.solver),

@@ -91,7 +91,7 @@ def audit_table(audits: Sequence[Path], names: Sequence[tuple[str, str]]) -> pd.
         row = {"participant": participant, "condition": condition, "poses": table.poses.max()}
         row["jumps"] = table.jumps.sum()
         for quantity in ("length", "arm"):
-            worst = table.loc[table[f"{quantity}_max_mm"].idxmax()]
+            worst = table.iloc[int(np.nanargmax(table[f"{quantity}_max_mm"]))]
             row[f"{quantity}_muscle"] = worst.muscle
             row[f"{quantity}_max_mm"] = worst[f"{quantity}_max_mm"]
             row[f"{quantity}_rmse_mm"] = table[f"{quantity}_rmse_mm"].max()

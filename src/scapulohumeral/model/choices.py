@@ -1,0 +1,71 @@
+"""What the model of a participant leaves open, and the words that each choice may take.
+
+Each word is a model that somebody has used or that a reason can be given for; config/config.yaml
+says which the study takes and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+from scapulohumeral.errors import ConfigError
+
+MASSES = ("published", "divided", "anthropometric")
+SERRATUS_PATHS = ("flattened", "flattened_rescaled", "as_scaled")
+FIBRES = ("recorded_range", "common_range", "published")
+GIRDLE_STOPS = ("hanging", "wide")
+
+
+@dataclass(frozen=True)
+class ModelChoices:
+    """Choices that a participant's OpenSim model is made with.
+
+    Attributes
+    ----------
+    masses : "published" as in the scaled models, "divided" by the 1.4 that the authors' program ran
+        with, or "anthropometric" fractions of body mass for arm and girdle
+    serratus_path : over a thorax surface "flattened" until the attachments stay outside,
+        "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
+        "as_scaled", where poses with an attachment inside the surface are left out of the fit
+    fibres : "recorded_range" lengthens fibres that recorded elevations would stretch too far,
+        "common_range" does so and shortens elements of the muscles that turn the scapula upward
+        until recorded elevations stretch them as far as their neighbours, "published" are those
+        that the authors set by hand
+    girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
+        the arm hangs, "wide" stops lie beyond every recorded angle
+    """
+
+    masses: str = "published"
+    serratus_path: str = "flattened"
+    fibres: str = "recorded_range"
+    girdle_stops: str = "hanging"
+
+    def __post_init__(self) -> None:
+        """Refuse words that name no choice."""
+        for key, allowed in (
+            ("masses", MASSES),
+            ("serratus_path", SERRATUS_PATHS),
+            ("fibres", FIBRES),
+            ("girdle_stops", GIRDLE_STOPS),
+        ):
+            if getattr(self, key) not in allowed:
+                raise ConfigError(
+                    f"model choice {key}: {getattr(self, key)!r}; choose {', '.join(allowed)}"
+                )
+
+
+def read_choices(values: Mapping[str, str]) -> ModelChoices:
+    """Choices from a mapping of names to words; what it leaves out keeps its default.
+
+    Raises
+    ------
+    ConfigError                      unknown name or word
+    """
+    names = [field.name for field in fields(ModelChoices)]
+    unknown = sorted(set(values) - set(names))
+    if unknown:
+        raise ConfigError(
+            f"model choice(s) {', '.join(unknown)}: unknown. There are: {', '.join(names)}"
+        )
+    return ModelChoices(**values)

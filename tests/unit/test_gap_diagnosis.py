@@ -319,7 +319,7 @@ def test_missing_data_still_give_a_valid_answer(how):
         assert done.untestable == EMG_FAMILIES
         assert not done.gap.no_cost.tested
     if how.get("repeats") == 1:
-        assert done.gap.floor_source == "bank"
+        assert done.gap.floor_source == "configuration"
         assert any("no task was repeated" in warning for warning in done.warnings)
     if not how.get("reference", True):
         assert any("no reference trials" in warning for warning in done.warnings)

@@ -197,6 +197,20 @@ def test_the_page_needs_no_network(make):
     assert "<script" not in page
 
 
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("repeats", "floor from repeats of the same person"),
+        ("configuration", "floor from the configuration"),
+    ],
+)
+def test_the_page_says_where_the_floor_comes_from(source, words):
+    done = diagnosis()
+    page = render_report(replace(done, gap=replace(done.gap, floor_source=source)), "")
+    assert words in page
+    assert "floor from the bank" not in page
+
+
 def test_the_page_says_what_was_assumed_of_person_and_sessions():
     values = {"firmness": 10.0, "session_share": 0.25, "signature_error": 0.3}
     table = pd.DataFrame({"error": list(values), "value": list(values.values())})

@@ -84,7 +84,7 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Gap:
-    """Whether there is a gap above the floor. `floor_source`: "repeats" or "bank"."""
+    """Whether there is a gap above the floor. `floor_source`: "repeats" or "configuration"."""
 
     present: bool
     p_value: float

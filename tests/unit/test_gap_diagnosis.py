@@ -393,7 +393,7 @@ def test_probabilities_are_capped_by_the_test_for_a_gap():
     assert present.no_gap == 0.5
     for found in (absent, present):
         assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
-        assert decide.conformal_set(found) == ("no_gap", "a")
+        assert decide.credible_set(found) == ("no_gap", "a")
     assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
 
 
@@ -481,7 +481,7 @@ def test_evidence_may_mislead():
     # Certain as the evidence may be, none of these stays among what reaches 90 %.
     even = dict.fromkeys("abcd", 0.25)
     certain = decide.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
-    assert decide.conformal_set(decide.perhaps_misled(certain, even)) == ("a", "none")
+    assert decide.credible_set(decide.perhaps_misled(certain, even)) == ("a", "none")
 
 
 def test_a_cause_that_shrinks_no_gap_needs_more_evidence():

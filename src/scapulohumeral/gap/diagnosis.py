@@ -216,7 +216,7 @@ def _answer(
         candidates=causes,
         none_p=p.none,
         no_gap_p=p.no_gap,
-        set90=decide.conformal_set(p),
+        set90=decide.credible_set(p),
         classes=decide.effect_classes(groups, p, splitting),
         shrinkage=cost,
         next_trial=(

@@ -44,13 +44,13 @@ def seen(monkeypatch, views):
     """The cases that reach the inference; answers are made up, and no model is built."""
     cases = []
 
-    def answer(case, model, config, view):
+    def answer(case, model, settings):
         cases.append(case)
-        views.append(view)
+        views.append(settings.view)
         return finished_diagnosis()
 
     monkeypatch.setattr(run, "participant_model", lambda *_: SimpleNamespace(hash="m"))
-    monkeypatch.setattr(cli, "_inference", answer)
+    monkeypatch.setattr(run, "diagnose", answer)
     return cases
 
 
@@ -126,7 +126,7 @@ def raising(error):
 
 
 def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", raising(SolveError("lift: not solved")))
+    monkeypatch.setattr(run, "diagnose", raising(SolveError("lift: not solved")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     document = read_result(case_folder / "out" / "result.json")
     assert document["status"] == "failed"
@@ -136,12 +136,12 @@ def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypa
 
 
 def test_data_that_the_inference_cannot_use_are_refused(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", raising(DataError("lift: too short")))
+    monkeypatch.setattr(run, "diagnose", raising(DataError("lift: too short")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 2
 
 
 def test_an_answer_that_breaks_the_format_is_a_failure(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", lambda *_, **__: finished_diagnosis(none_p=0.9))
+    monkeypatch.setattr(run, "diagnose", lambda *_, **__: finished_diagnosis(none_p=0.9))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     reason = read_result(case_folder / "out" / "result.json")["status_reason"]
     assert "expected 1" in reason

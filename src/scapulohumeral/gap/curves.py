@@ -19,7 +19,7 @@ FOLDER = "curves"
 TABLES: dict[str, tuple[str, ...]] = {
     # Where the gap shows: mean difference over its standard error, threshold of the null bank.
     "shows": ("channel", "phase_percent", "effect_sigma", "threshold_sigma", "repeated"),
-    # Where it enters: slack force by degree of freedom, or activation by muscle, in `unit`.
+    # Where it enters: generalised force by degree of freedom, or error by EMG channel, in `unit`.
     "enters": ("kind", "name", "phase_percent", "effect", "threshold", "unit"),
     # Observables of each task: recorded mean, nominal model, model with the effect, floor band.
     "overlay": (

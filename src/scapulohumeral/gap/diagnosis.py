@@ -50,7 +50,7 @@ from scapulohumeral.gap.result import (
     describe_inputs,
 )
 from scapulohumeral.gap.rivals import fit_all
-from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import controls, shrinkage
 from scapulohumeral.gap.tables import (
     amplitude_table,
@@ -63,8 +63,6 @@ from scapulohumeral.gap.tables import (
     signature_table,
 )
 from scapulohumeral.provenance import SOURCE_ROOT
-
-__all__ = ["diagnose", "read_settings"]
 
 log = logging.getLogger(__name__)
 
@@ -88,7 +86,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     Parameters
     ----------
     case : trials; model : nominal model of the participant
-    settings : see :func:`read_settings`
+    settings : see `settings.read_settings`
 
     Raises
     ------

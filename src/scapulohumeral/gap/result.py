@@ -115,7 +115,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Entered:
-    """A region where the gap enters: `kind` is "dof", "muscle" or "channel"."""
+    """A region where the gap enters: `kind` is "dof" or "channel"."""
 
     kind: str
     name: str
@@ -217,7 +217,7 @@ class NextTrial:
 
 @dataclass(frozen=True)
 class Robustness:
-    """In how many of the cells (weights, exponents) the verdict is the same."""
+    """In how many of the cells (signature errors, noise, tasks left out) the verdict is the same."""
 
     cells: int
     agree: int

@@ -10,7 +10,7 @@ import hashlib
 import json
 import logging
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +23,7 @@ from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
 from scapulohumeral.gap.curves import check_curves, write_curves
+from scapulohumeral.gap.diagnosis import diagnose
 from scapulohumeral.gap.participant import find_participant, read_participant_file
 from scapulohumeral.gap.participant_model import (
     ModelSettings,
@@ -32,6 +33,7 @@ from scapulohumeral.gap.participant_model import (
 )
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
+from scapulohumeral.gap.settings import View, read_settings
 from scapulohumeral.gap.trials import read_trials, trial_files
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
@@ -39,15 +41,16 @@ RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
 ENTRY = "scapulohumeral.gap.cli"
 
 Config = Mapping[str, Any]
-# The inference: a case, its nominal model and the configuration give a diagnosis.
-Diagnose = Callable[[Case, ParticipantModel, Config], Diagnosis]
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the command was asked for; `participant` None: beside the test files."""
+    """What the command was asked for; `participant` None: beside the test files.
+
+    `view` says whether trials are compared with the tracked or the predicted motion.
+    """
 
     tests: tuple[Path, ...]
     references: tuple[Path, ...]
@@ -58,9 +61,10 @@ class Request:
     seed: int
     threads: int
     command: str
+    view: View = "tracking"
 
 
-def run(request: Request, diagnose: Diagnose) -> int:
+def run(request: Request) -> int:
     """Diagnose a case and write the answer into ``request.out``.
 
     Returns
@@ -75,7 +79,7 @@ def run(request: Request, diagnose: Diagnose) -> int:
         try:
             config = read_config(request.config)
             case = read_case(request, config)
-            return _answer(request, case, config, diagnose)
+            return _answer(request, case, config)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
             print(f"Refused: {error}", file=sys.stderr)
@@ -106,14 +110,14 @@ def read_case(request: Request, config: Config) -> Case:
     return case
 
 
-def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) -> int:
+def _answer(request: Request, case: Case, config: Config) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     model = None
     try:
         settings = ModelSettings.of(config, request.config)
         model = participant_model(case, settings, request.cache)
         log.info("model %s", model.hash)
-        diagnosis = diagnose(case, model, config)
+        diagnosis = diagnose(case, model, read_settings(config, request.view))
     except (ConfigError, DataError, ModelError):
         raise
     except Exception as error:

@@ -197,6 +197,15 @@ def test_the_page_needs_no_network(make):
     assert "<script" not in page
 
 
+@pytest.mark.parametrize(("repeated", "words"), [(True, "yes"), (False, "no"), (None, "not known")])
+def test_the_page_says_whether_halves_have_a_region(repeated, words):
+    done = diagnosis()
+    [region] = done.regions.shows
+    page = render_report(replace(done, regions=Regions((replace(region, repeated=repeated),))), "")
+    assert f"<td>100 %</td><td>{words}</td>" in page
+    to_json(replace(done, regions=Regions((replace(region, repeated=repeated),))))
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [

@@ -5,7 +5,7 @@ Readable without colour: sign and significance are also told by marks, hatches a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,8 @@ from scapulohumeral.report.svg import COLOURS, LETTERS_PER_INCH, Drawing, Pictur
 # Orange to purple: told apart by colour-blind people, symmetric about white.
 DIVERGING = "PuOr_r"
 DARK, GREY = "#333333", "#9a9a9a"
+CIRCLES = "In a circle: not found in both halves of the test trials."
+NO_HALVES = "There are too few test trials to look for it in two halves of them."
 WORDS = {NONE: "none of the known effects", NO_GAP: "no gap"}
 # Panels of recorded against simulated curves; the others are in the table.
 MOST_PANELS = 9
@@ -59,16 +61,18 @@ def figures(diagnosis: Diagnosis) -> dict[str, Picture]:
 
 @styled
 def shows_figure(table: pd.DataFrame) -> Picture:
-    """Heat map channel by phase [sigma], hatched below the threshold, pale if not repeated."""
+    """Heat map channel by phase [sigma], hatched below the threshold, marked if not repeated."""
     drawing = Drawing(1, 1, (8.0, 0.6 + 0.22 * table["channel"].nunique()))
     table = table.assign(below=table["effect_sigma"].abs() < table["threshold_sigma"])
     _heat_map(drawing, table, "channel", "effect_sigma", "gap [σ]")
-    _marks(drawing.panels(1)[0], table)
+    above = _peaks(table)
+    _marks(drawing.panels(1)[0], above)
+    known = all(pd.notna(peak["repeated"]) for peak in above.values())
     return drawing.finish(
         "gap_shows",
         "Where the gap shows: mean difference of each channel over its standard error. Hatched: "
-        "below the threshold. Circles: above it, but not found again in the other half of the "
-        "repeats. + and − give the sign.",
+        "below the threshold. + and − give the sign of what is above it. "
+        f"{CIRCLES if known else NO_HALVES}",
     )
 
 
@@ -120,16 +124,24 @@ def _heat_map(
     drawing.figure.colorbar(image, ax=axes)
 
 
-def _marks(axes: Axes, table: pd.DataFrame) -> None:
-    """Sign of each channel at its peak, if above the threshold; in a circle if not repeated."""
-    for i, (_, part) in enumerate(table.groupby("channel", sort=False)):
-        peak = part.iloc[int(np.argmax(part["effect_sigma"].abs()))]
-        if not peak["below"]:
-            sign = "+" if peak["effect_sigma"] > 0 else "−"
-            circle = {"boxstyle": "circle,pad=0.1", "fc": "white"}
-            circle["ec"] = "none" if peak["repeated"] else DARK
-            place = np.clip(peak["phase_percent"], 2.0, 98.0)
-            axes.text(place, i, sign, ha="center", va="center", bbox=circle)
+def _peaks(table: pd.DataFrame) -> dict[int, pd.Series]:
+    """Row of the peak of each channel that is above the threshold, by the channel's number."""
+    parts = (part for _, part in table.groupby("channel", sort=False))
+    peaks = {
+        i: part.iloc[int(np.argmax(part["effect_sigma"].abs()))] for i, part in enumerate(parts)
+    }
+    return {i: peak for i, peak in peaks.items() if not peak["below"]}
+
+
+def _marks(axes: Axes, peaks: Mapping[int, pd.Series]) -> None:
+    """Sign at the peaks; in a circle if it is known that they are not repeated."""
+    for i, peak in peaks.items():
+        sign = "+" if peak["effect_sigma"] > 0 else "−"
+        circle = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": "none"}
+        if pd.notna(peak["repeated"]) and not peak["repeated"]:
+            circle["ec"] = DARK
+        place = np.clip(peak["phase_percent"], 2.0, 98.0)
+        axes.text(place, i, sign, ha="center", va="center", bbox=circle)
 
 
 @styled

@@ -99,7 +99,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Shown:
-    """A region where the gap shows: channel and phase interval [%]; `effect` in `unit`."""
+    """A region where the gap shows: channel and phase interval [%]; `effect` in `unit`.
+
+    `repeated`: whether both halves of the test trials have it; None with too few trials for halves.
+    """
 
     channel: str
     phase_percent: tuple[float, float]
@@ -110,12 +113,12 @@ class Shown:
     unit: str
     p_value: float
     share: float
-    repeated: bool
+    repeated: bool | None
 
 
 @dataclass(frozen=True)
 class Entered:
-    """A region where the gap enters: `kind` is "dof" or "channel"."""
+    """A region where the gap enters: `kind` is "dof" or "channel"; `repeated` as in `Shown`."""
 
     kind: str
     name: str
@@ -124,7 +127,7 @@ class Entered:
     unit: str
     p_value: float
     share: float
-    repeated: bool
+    repeated: bool | None
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,7 @@ class NextTrial:
 
 @dataclass(frozen=True)
 class Robustness:
-    """In how many of the cells (signature errors, noise, tasks left out) the verdict is the same."""
+    """In how many cells (signature error, noise, tasks left out) the verdict is the same."""
 
     cells: int
     agree: int

@@ -154,9 +154,9 @@ def all_tables() -> dict[str, pd.DataFrame]:
             "unit": "N m",
         },
         "overlay": {
-            "task": "lift", "channel": "EMG_infra", **phase, "recorded": [0.1, 0.4, 0.2],
-            "nominal": [0.1, 0.3, 0.2], "with_effect": [0.1, 0.38, 0.2],
-            "floor_low": [0.08, 0.35, 0.15], "floor_high": [0.12, 0.45, 0.25], "unit": "1",
+            "task": "lift", "channel": "EMG_infra", **phase, "difference": [0.0, 0.1, 0.0],
+            "with_effect": [0.0, 0.08, 0.0], "floor_low": [-0.02, -0.05, -0.05],
+            "floor_high": [0.02, 0.05, 0.05], "unit": "1", "compared_with": "reference trials",
         },
         "signature": {
             "channel": "EMG_infra", **phase, "residual_sigma": [0.0, 7.0, 2.0],

@@ -1,6 +1,10 @@
 """Every table of a diagnosis holds what its columns say, for a difference that is known."""
 
+import base64
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 from gap_files import GAIN, finished_diagnosis
 from gap_movement import CHANNELS, NODES, SETUP
@@ -158,11 +162,11 @@ def test_curves_that_enter_keep_their_names_units_and_thresholds():
 
 def test_overlay_has_the_difference_its_explanation_and_the_floor(there):
     best = fitted(DAMPING, there)
-    table = overlay_table(there, best)
+    table = overlay_table(there, best, referenced=True)
     assert tuple(table.columns) == TABLES["overlay"]
     assert len(table) == len(TASKS) * len(NAMES) * NODES
     part = table[(table["task"] == "b") & (table["channel"] == NAMES[CHANNEL])]
-    np.testing.assert_allclose(part["recorded"], FUNCTIONS @ (2.0 * SHAPE))
+    np.testing.assert_allclose(part["difference"], FUNCTIONS @ (2.0 * SHAPE))
     np.testing.assert_allclose(part["with_effect"], there.curves(best.predicted)[1, :, CHANNEL])
     half = 1.96 * NOISE * np.sqrt(np.sum(FUNCTIONS**2, axis=1))
     np.testing.assert_allclose(part["floor_high"], half)
@@ -170,6 +174,33 @@ def test_overlay_has_the_difference_its_explanation_and_the_floor(there):
     units = table.groupby("channel")["unit"].first()
     assert units["AC_rx"] == "deg"
     assert units["EMG_a"] == "fraction_of_mvc"
+
+
+@pytest.mark.parametrize(
+    ("referenced", "words", "others"),
+    [
+        (True, "test minus reference trials", "recorded minus model"),
+        (False, "recorded minus model", "test minus reference trials"),
+    ],
+)
+def test_the_overlay_says_what_is_subtracted_from_what(there, referenced, words, others):
+    best = fitted(DAMPING, there)
+    table = overlay_table(there, best, referenced)
+    drawn = figures(finished_diagnosis(curves={"overlay": table}))["overlay"]
+    for text in (drawn.caption, drawn.svg):
+        assert words in text
+        assert others not in text
+    assert "no effect" in drawn.svg
+    coded = drawn.data_uri.partition("base64,")[2]
+    numbers = pd.read_csv(io.BytesIO(base64.b64decode(coded)))
+    panel = f"b, {NAMES[CHANNEL]}"
+    np.testing.assert_allclose(numbers[f"{panel} | {words}"], FUNCTIONS @ (2.0 * SHAPE), rtol=1e-4)
+    assert not numbers[f"{panel} | no effect"].any()
+    np.testing.assert_allclose(
+        numbers[f"{panel} | most probable effect"],
+        there.curves(best.predicted)[1, :, CHANNEL],
+        rtol=1e-4,
+    )
 
 
 def test_signature_splits_the_gap_into_the_effect_and_a_rest(there):

@@ -15,6 +15,8 @@ import pandas as pd
 from scapulohumeral.errors import DataError
 
 FOLDER = "curves"
+# What the recorded curves of the test trials are compared with.
+REFERENCE, MODEL = COMPARED_WITH = ("reference trials", "model")
 Row = TypeVar("Row", bound=NamedTuple)
 
 
@@ -44,17 +46,20 @@ class EntersRow(NamedTuple):
 
 
 class OverlayRow(NamedTuple):
-    """Observables of each task: recorded mean, nominal model, model with the effect, floor band."""
+    """Mean difference in a task: recorded, by the most probable effect, 95 % without any effect.
+
+    `compared_with` is one of `COMPARED_WITH`.
+    """
 
     task: str
     channel: str
     phase_percent: float
-    recorded: float
-    nominal: float
+    difference: float
     with_effect: float
     floor_low: float
     floor_high: float
     unit: str
+    compared_with: str
 
 
 class SignatureRow(NamedTuple):

@@ -247,7 +247,7 @@ def _answer(
 def _tables_of_causes(evidence: Evidence, judged: _Judged) -> dict[str, pd.DataFrame]:
     c, best = evidence.comparison, judged.best
     return {
-        "overlay": overlay_table(c, best),
+        "overlay": overlay_table(c, best, evidence.referenced),
         "signature": signature_table(c, best),
         "isolability": isolability_table(judged.likely, judged.apart),
         "amplitude": amplitude_table(best, judged.by_task),

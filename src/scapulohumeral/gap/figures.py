@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from scapulohumeral.gap.curves import MODEL, REFERENCE
 from scapulohumeral.gap.result import JOIN, NO_GAP, NONE, Diagnosis, Shrinkage
 from scapulohumeral.report.svg import COLOURS, LETTERS_PER_INCH, Drawing, Picture, styled
 
@@ -20,14 +21,14 @@ DARK, GREY = "#333333", "#9a9a9a"
 CIRCLES = "In a circle: not found in both halves of the test trials."
 NO_HALVES = "There are too few test trials to look for it in two halves of them."
 WORDS = {NONE: "none of the known effects", NO_GAP: "no gap"}
-# Panels of recorded against simulated curves; the others are in the table.
+# Panels of differences; the others are in the table.
 MOST_PANELS = 9
 CURVES = {
-    "recorded": {"color": COLOURS["recorded"], "linewidth": 3.5, "alpha": 0.7},
-    "nominal": {"color": COLOURS["quaternion"], "linewidth": 1.3, "linestyle": (0, (4, 2))},
+    "difference": {"color": COLOURS["recorded"], "linewidth": 3.5, "alpha": 0.7},
+    "no_effect": {"color": COLOURS["quaternion"], "linewidth": 1.3, "linestyle": (0, (4, 2))},
     "with_effect": {"color": COLOURS["euler"], "linewidth": 1.4},
 }
-NAMES = {"recorded": "recorded", "nominal": "model", "with_effect": "model with the effect"}
+DIFFERENCES = {REFERENCE: "test minus reference trials", MODEL: "recorded minus model"}
 SPLITS = {
     "in_sample": "trials fitted to",
     "held_out_trial": "trials left out",
@@ -146,27 +147,34 @@ def _marks(axes: Axes, peaks: Mapping[int, pd.Series]) -> None:
 
 @styled
 def overlay_figure(table: pd.DataFrame) -> Picture:
-    """Recorded, nominal and corrected curves of the channels that gap most, with the floor."""
-    gap = (table["recorded"] - table["nominal"]).abs()
-    spread = (table["floor_high"] - table["floor_low"]).abs().clip(lower=1e-9)
+    """Difference recorded and predicted, in the channels that gap most, with the floor."""
+    [compared_with] = table["compared_with"].unique()
+    names = {
+        "difference": DIFFERENCES[compared_with],
+        "no_effect": "no effect",
+        "with_effect": "most probable effect",
+    }
+    gap, spread = table["difference"].abs(), (table["floor_high"] - table["floor_low"]).abs()
     keys = [table["task"], table["channel"]]
-    worst = (gap / spread).groupby(keys, sort=False).max().nlargest(MOST_PANELS).index
+    ratio = gap / spread.clip(lower=1e-9)
+    worst = ratio.groupby(keys, sort=False).max().nlargest(MOST_PANELS).index
     rows = -(-len(worst) // 3)
     drawing = Drawing(rows, 3, (9.0, 2.1 * rows))
     for axes, (task, channel) in zip(drawing.panels(len(worst)), worst, strict=True):
-        part = table[(table["task"] == task) & (table["channel"] == channel)]
+        part = table[(table["task"] == task) & (table["channel"] == channel)].assign(no_effect=0.0)
         axes.set_title(f"{task}, {channel}", loc="left")
         phase = part["phase_percent"].to_numpy(float)
         axes.fill_between(phase, part["floor_low"], part["floor_high"], color="#e6e6e6")
         for name, line in CURVES.items():
-            drawing.curve(axes, NAMES[name], phase, part[name].to_numpy(float), **line)
+            drawing.curve(axes, names[name], phase, part[name].to_numpy(float), **line)
         axes.set_ylabel(part["unit"].iloc[0])
         axes.set_xlabel("movement [%]")
-    drawing.legend({NAMES[name]: line for name, line in CURVES.items()})
+    drawing.legend({names[name]: line for name, line in CURVES.items()})
     return drawing.finish(
         "overlay",
-        "Recorded curves, the model, and the model with the most probable effect, in the channels "
-        "with the largest gap over the floor. Grey band: what repeats of the same person show.",
+        f"Mean difference, {names['difference']}, and what the most probable effect predicts of "
+        "it, in the channels where it is largest over the floor. Grey band: 95 % of the "
+        "differences without any effect.",
     )
 
 

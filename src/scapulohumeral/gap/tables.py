@@ -9,6 +9,8 @@ import pandas as pd
 
 from scapulohumeral.gap.attribute import Fit
 from scapulohumeral.gap.curves import (
+    MODEL,
+    REFERENCE,
     AmplitudeRow,
     EntersRow,
     FactorsRow,
@@ -67,8 +69,11 @@ def enters_table(entries: Sequence[EnteringCurve]) -> pd.DataFrame:
     )
 
 
-def overlay_table(comparison: Comparison, best: Fit) -> pd.DataFrame:
-    """Difference to explain, without and with the best effect, and the 95 % band of the floor."""
+def overlay_table(comparison: Comparison, best: Fit, referenced: bool) -> pd.DataFrame:
+    """Difference to explain, what the best effect predicts of it, 95 % band without any effect.
+
+    `referenced` says whether it is the difference to reference trials, or to the model.
+    """
     given = comparison.curves(comparison.delta)
     explained = comparison.curves(best.predicted)
     band = 1.96 * comparison.spread
@@ -80,12 +85,12 @@ def overlay_table(comparison: Comparison, best: Fit) -> pd.DataFrame:
                 task=task,
                 channel=channel,
                 phase_percent=phase[n],
-                recorded=given[t, n, k],
-                nominal=0.0,
+                difference=given[t, n, k],
                 with_effect=explained[t, n, k],
                 floor_low=-band[t, n, k],
                 floor_high=band[t, n, k],
                 unit=channel_unit(channel),
+                compared_with=REFERENCE if referenced else MODEL,
             )
             for t, task in enumerate(comparison.tasks)
             for k, channel in enumerate(comparison.channels)

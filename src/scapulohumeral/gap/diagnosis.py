@@ -53,13 +53,13 @@ from scapulohumeral.gap.result import (
     Regions,
     Robustness,
     Shrinkage,
-    Size,
     Status,
     describe_inputs,
 )
 from scapulohumeral.gap.rivals import fit_all
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import controls, shrinkage
+from scapulohumeral.gap.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.tables import (
     amplitude_table,
     enters_table,
@@ -203,6 +203,7 @@ def _answer(
     reducible = judged.squares.whole, black_box_left(c, evidence.boxes.columns)
     causes = decide.candidates(fits, p, groups, agreement, reducible, temperature)
     robust, variants = _robustness(evidence, judged, present)
+    gap = _gap(evidence, is_there, fits, records, case.seed)
     halves = _halves(evidence)
     regions, entering = _regions(case, evidence, found, halves, present)
     status, why = _status(robust, present)
@@ -211,6 +212,8 @@ def _answer(
     if present:
         cost = shrinkage(best, c, evidence.trials, error, case.seed)
         without_cause = controls(c, evidence.trials, evidence.boxes, error, case.seed)
+    if gap.size.ci95 is None:
+        warnings.append(NO_INTERVAL)
     warnings += _remarks(records, present and not found.standing_out, cost)
     splitting = {e.label: e.splitting for e in evidence.effects}
     return Diagnosis(
@@ -218,7 +221,7 @@ def _answer(
         status_reason=why,
         mode=case.mode,
         inputs=describe_inputs(case),
-        gap=_gap(evidence, is_there, fits, records),
+        gap=gap,
         regions=regions,
         candidates=causes,
         none_p=p.none,
@@ -351,7 +354,9 @@ def _halves(evidence: Evidence) -> list[np.ndarray]:
     return halves
 
 
-def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records) -> Gap:
+def _gap(
+    evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records, seed: int
+) -> Gap:
     c = evidence.comparison
     emg = (
         [
@@ -369,7 +374,7 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
         value=is_there.value,
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
-        size=Size(is_there.value, (max(is_there.value - 1.96, 0.0), is_there.value + 1.96)),
+        size=gap_size(c, sides(c, records), seed),
         no_cost=no_cost(evidence.responses, emg, records.recorder),
         smallest_detectable=decide.smallest_detectable(fits, c, families),
     )

@@ -56,7 +56,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Size:
-    """Size of the gap in units of its noise."""
+    """Size of the gap over its noise, beyond what noise and sessions make; see module `size`."""
 
     value: float
     ci95: Interval

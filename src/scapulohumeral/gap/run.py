@@ -13,12 +13,12 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from scapulohumeral import provenance
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
@@ -33,10 +33,19 @@ from scapulohumeral.gap.participant_model import (
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
 from scapulohumeral.gap.trials import read_trials, trial_files
+from scapulohumeral.instructions import instruction_hash
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
 RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
-ENTRY = "scapulohumeral.gap.cli"
+COMMAND = "scapulohumeral.gap.cli"
+# What makes an answer of files: not the command, the page or the benchmark.
+ANSWERING = (
+    "scapulohumeral.gap.run:read_case",
+    "scapulohumeral.gap.participant_model:participant_model",
+    "scapulohumeral.gap.opensim_stage:build",
+    "scapulohumeral.gap.diagnosis:diagnose",
+)
+PACKAGE = "scapulohumeral"
 
 Config = Mapping[str, Any]
 # The inference: a case, its nominal model and the configuration give a diagnosis.
@@ -132,6 +141,12 @@ def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) ->
     return FAILED if diagnosis.status == "failed" else ANSWERED
 
 
+@cache
+def answering_code() -> str:
+    """Hash of the instructions that make an answer: other words in the code change nothing."""
+    return instruction_hash(ANSWERING, PACKAGE)
+
+
 def _failed(case: Case, error: Exception) -> Diagnosis:
     log.exception("failed")
     reason = f"{type(error).__name__}: {error}"
@@ -144,7 +159,7 @@ def _completed(
 ) -> Diagnosis:
     """A diagnosis with the fields that follow from the case alone."""
     hashes = {
-        "code": provenance.code_hash(ENTRY),
+        "code": answering_code(),
         "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
         "model": None if model is None else model.hash,
         "inputs": case_hash(case),

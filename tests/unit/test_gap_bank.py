@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from gap_movement import SETTINGS
 
+from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap import cli
 from scapulohumeral.gap.bank import (
@@ -20,7 +21,6 @@ from scapulohumeral.gap.bank import (
     write_bank,
 )
 from scapulohumeral.gap.bank_probe import recomputed
-from scapulohumeral.gap.run import read_config
 from scapulohumeral.gap.settings import read_settings
 from scapulohumeral.provenance import CONFIG_FOLDER
 

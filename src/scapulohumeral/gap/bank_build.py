@@ -71,7 +71,7 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
         groups.setdefault(repr((who.model, who.gravity_mps2)), []).append(case)
     rows: list[NullCase] = []
     for group in groups.values():
-        model = _shared_model(group, request.config, request.cache, config)
+        model = _shared_model(group, request.cache, config)
         for case in group:
             rows += _all_rows(case, model, settings)
             # After every case: building takes an hour, and what there is can be used.
@@ -95,7 +95,7 @@ def probe(folder: Path, file: Path, cache: Path, config: Mapping[str, Any]) -> P
     file, cache : configuration file and cache of models; config : content of the file
     """
     case = read_case(folder_request(folder, file, cache), config)
-    model = _shared_model([case], file, cache, config)
+    model = _shared_model([case], cache, config)
     return Probe(folder.name, tuple(_all_rows(case, model, read_settings(config))))
 
 
@@ -129,8 +129,8 @@ def _row(
 
 
 def _shared_model(
-    cases: Sequence[Case], file: Path, cache: Path, config: Mapping[str, Any]
+    cases: Sequence[Case], cache: Path, config: Mapping[str, Any]
 ) -> ParticipantModel:
     trials = [trial for case in cases for trial in (*case.test, *case.reference)]
     union = make_case(cases[0].participant, trials, [])
-    return participant_model(union, ModelSettings.of(config, file), cache)
+    return participant_model(union, ModelSettings.of(config), cache)

@@ -38,8 +38,8 @@ def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache:
 
 
 def _build(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.configuration import read_config
     from scapulohumeral.gap.bank_build import BankRequest, build_bank
-    from scapulohumeral.gap.run import read_config
 
     request = BankRequest(
         tuple(options.cases), options.probes, options.config, options.cache, options.out
@@ -49,9 +49,10 @@ def _build(options: argparse.Namespace, command: str) -> int:
 
 
 def _check(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.configuration import read_config
     from scapulohumeral.errors import ConfigError
     from scapulohumeral.gap.bank import bank_file, read_bank
-    from scapulohumeral.gap.run import REFUSED, read_config
+    from scapulohumeral.gap.run import REFUSED
     from scapulohumeral.gap.settings import read_settings
 
     if (options.recompute is None) != (options.cases is None):
@@ -68,10 +69,10 @@ def _check(options: argparse.Namespace, command: str) -> int:
 
 def _agrees(options: argparse.Namespace) -> bool:
     """Whether probes agree with the present code; renews the hash if that is asked for."""
+    from scapulohumeral.configuration import read_config
     from scapulohumeral.gap.bank import bank_file, load_bank, write_bank
     from scapulohumeral.gap.bank_build import probe
     from scapulohumeral.gap.bank_probe import recomputed
-    from scapulohumeral.gap.run import read_config
     from scapulohumeral.gap.settings import read_settings
 
     config = read_config(options.config)

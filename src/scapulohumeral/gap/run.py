@@ -17,14 +17,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
 from scapulohumeral.gap.curves import check_curves, write_curves
 from scapulohumeral.gap.participant import find_participant, read_participant_file
 from scapulohumeral.gap.participant_model import (
+    MODEL_TABLES,
     ModelSettings,
     ParticipantModel,
     check_groups,
@@ -32,6 +32,7 @@ from scapulohumeral.gap.participant_model import (
 )
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
+from scapulohumeral.gap.settings import VIEWS, read_settings, sections_read
 from scapulohumeral.gap.trials import read_trials, trial_files
 from scapulohumeral.instructions import instruction_hash
 
@@ -82,7 +83,9 @@ def run(request: Request, diagnose: Diagnose) -> int:
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
-            config = read_config(request.config)
+            config = sections_read(read_config(request.config), *VIEWS)
+            # Contradictions are refused before a model is built.
+            read_settings(config)
             case = read_case(request, config)
             return _answer(request, case, config, diagnose)
         except (ConfigError, DataError, ModelError) as error:
@@ -100,7 +103,7 @@ def read_case(request: Request, config: Config) -> Case:
     """
     path = request.participant or find_participant(request.tests)
     file = read_participant_file(path, config["masses"])
-    check_groups(file.participant, request.config.parent / "model")
+    check_groups(file.participant, MODEL_TABLES)
     notes: list[str] = []
     sides: list[list[GapTrial]] = []
     for files in (request.tests, request.references):
@@ -119,7 +122,7 @@ def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) ->
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     model = None
     try:
-        settings = ModelSettings.of(config, request.config)
+        settings = ModelSettings.of(config)
         model = participant_model(case, settings, request.cache)
         log.info("model %s", model.hash)
         diagnosis = diagnose(case, model, config)
@@ -176,14 +179,6 @@ def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
     except Exception as error:
         log.exception("no report")
         print(f"No {REPORT}: {error}. {RESULT} is complete; see {LOG}.", file=sys.stderr)
-
-
-def read_config(path: Path) -> dict[str, Any]:
-    """The configuration; raises ConfigError if it cannot be read."""
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}. Name the configuration with --config.") from error
 
 
 def _clear(out: Path) -> None:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -69,7 +68,6 @@ from scapulohumeral.gap.tables import (
     shows_table,
     signature_table,
 )
-from scapulohumeral.provenance import SOURCE_ROOT
 
 log = logging.getLogger(__name__)
 
@@ -106,7 +104,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS
     if settings.view == "tracking":
-        bank, reason = null_bank.read_bank(_bank_path(settings), settings)
+        bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
     kind = mode, bool(case.channels), case.has_contact
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
@@ -135,10 +133,6 @@ def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> Gap
         return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
     return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))
-
-
-def _bank_path(settings: GapSettings) -> Path:
-    return SOURCE_ROOT.parent / "config" / settings.null_bank
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import scalar_names
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
-from scapulohumeral.ocp.problem import REACTION_NAMES
+from scapulohumeral.ocp.opty_adapter import REACTION_NAMES
 from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 
 

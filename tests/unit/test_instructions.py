@@ -243,7 +243,7 @@ def test_code_that_answered_is_the_same(
     [
         ("gap.decide", "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "),
         ("gap.trials", "strict=True", "strict=False"),
-        ("ocp.transcription", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
+        ("ocp.layout", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
         ("model.opensim_model", "strict=True", "strict=False"),
     ],
 )

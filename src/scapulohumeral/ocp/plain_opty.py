@@ -20,7 +20,7 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import scalar_names
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
-from scapulohumeral.ocp.problem import REACTION_NAMES
+from scapulohumeral.ocp.opty_adapter import REACTION_NAMES
 
 
 @dataclass(frozen=True)

@@ -111,9 +111,11 @@ def test_failed_prediction_is_in_no_figure_and_no_number(
     table = prediction_solves(coordination)
     failed = [row for i, row in enumerate(table.rows) if i in table.flagged]
     assert [(row[1], row[7]) for row in failed] == [("cuff_w2", "NOT CONVERGED")]
-    assert set(coordination.rhythm.condition) == set(synthetic_coordination.CONDITIONS) - {
-        "cuff_w2"
-    }
+    conditions = {*synthetic_coordination.CONDITIONS, "recorded"} - {"cuff_w2"}
+    assert set(coordination.rhythm.condition) == conditions
+    rows = coordination.judged.recording.set_index("condition")
+    assert rows.loc["cuff_w2"].ur_rmse_deg.isna().all()
+    assert (rows.loc["healthy"].ur_rmse_deg > 1.0).all()
 
 
 def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
@@ -249,6 +251,10 @@ def test_rhythm_table_has_published_values_in_brackets(
     assert table.columns[2:6] == ("start-30", "30-60", "60-90", "start-90")
     assert rows["frontal", "healthy"][2].endswith("(2.96)")
     assert "(" not in rows["frontal", "cuff_50"][2]
+    # Whatever was predicted is compared with the recording over elevations that both pass.
+    recorded, healthy = rows["frontal", "recorded"], rows["frontal", "healthy"]
+    assert recorded[6].split(" (")[1] == healthy[6].split(" (")[1]
+    assert recorded[6] != healthy[6]
 
 
 def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:

@@ -93,9 +93,7 @@ def test_tracked_solutions_meet_the_discretised_equations(files) -> None:
         assert stored["constraint_violation"] <= LARGEST_RESIDUAL["kinematic"], path
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"), [("solutions", "tracking"), ("predictions", "prediction")]
-)
+@pytest.mark.parametrize("name", EVERY)
 def test_integrating_again_ends_at_the_next_node(files, name: str) -> None:
     """Quaternion solves; Euler angles are there to show a singularity, where no mesh is fine."""
     for path, solution, model in solved(files, name):

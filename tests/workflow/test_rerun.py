@@ -128,7 +128,6 @@ def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -
     [
         (None, "masses", "anthropometric"),
         ("geometry", "margin_deg", 12),
-        ("gap", "temperature", 2.5),
         ("weights.prediction", "activation", 1.5),
         ("prediction.conditions.healthy", "w_gh", 3),
     ],
@@ -139,6 +138,12 @@ def test_whatever_a_diagnosis_reads_reruns_it(
     edit(finished, lambda config: part_of(config, section).update({key: value}))
     made = rerun()
     assert {GAP, "results/gap/par1/config.yaml"} < made
+
+
+def test_settings_of_diagnoses_rerun_them_alone(finished: Path, rerun: Rerun) -> None:
+    path = finished / "config/gap/settings.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace("temperature: 3.0", "temperature: 2"))
+    assert rerun() == {GAP, "results/gap/par1/report.html", "results/gap/par1/config.yaml"}
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import yaml
 from scapulohumeral import provenance
-from scapulohumeral.configuration import check_config
+from scapulohumeral.configuration.check import check_config
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.settings import sections_read
 
 
 wildcard_constraints:

@@ -17,7 +17,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
@@ -32,7 +31,13 @@ from scapulohumeral.gap.participant_model import (
 )
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
-from scapulohumeral.gap.settings import VIEWS, read_settings, sections_read
+from scapulohumeral.gap.settings import (
+    SETTINGS,
+    VIEWS,
+    read_diagnosis_config,
+    read_settings,
+    sections_read,
+)
 from scapulohumeral.gap.trials import read_trials, trial_files
 from scapulohumeral.instructions import instruction_hash
 
@@ -57,7 +62,10 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Request:
-    """What the command was asked for; `participant` None: beside the test files."""
+    """What the command was asked for.
+
+    `participant` None: beside the test files. `config`: of the study, `settings`: of diagnoses.
+    """
 
     tests: tuple[Path, ...]
     references: tuple[Path, ...]
@@ -68,6 +76,7 @@ class Request:
     seed: int
     threads: int
     command: str
+    settings: Path = SETTINGS
 
 
 def run(request: Request, diagnose: Diagnose) -> int:
@@ -83,7 +92,7 @@ def run(request: Request, diagnose: Diagnose) -> int:
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
-            config = sections_read(read_config(request.config), *VIEWS)
+            config = sections_read(read_diagnosis_config(request.config, request.settings), *VIEWS)
             # Contradictions are refused before a model is built.
             read_settings(config)
             case = read_case(request, config)

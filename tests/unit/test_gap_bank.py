@@ -176,6 +176,18 @@ def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, cap
     assert load_bank(stale / "null_bank.json").probes == (STORED,)
 
 
+def test_probes_are_added_to_a_bank_that_fits_only(stale, monkeypatch, capsys):
+    added = probe("b2", (0.5, 0.6), (0.7, 0.8))
+    monkeypatch.setattr("scapulohumeral.gap.bank_build.probe", lambda *_, **__: added)
+    command = ["gap", "bank", "probe", "--cases", str(stale / "cases")]
+    assert cli.main(command) == 2
+    assert "would vouch for nothing" in capsys.readouterr().err
+    settings = read_settings(read_diagnosis_config(CONFIG_FOLDER / "config.yaml"))
+    write_bank(stale / "null_bank.json", STORED.rows, settings, (STORED,))
+    assert cli.main(command) == 0
+    assert load_bank(stale / "null_bank.json").probes == (STORED, added)
+
+
 @pytest.mark.parametrize("options", [["--stamp"], ["--recompute", "1"]])
 def test_half_a_request_is_refused(options, capsys):
     assert cli.main(["gap", "bank", "check", *options]) == 2

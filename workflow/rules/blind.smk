@@ -76,6 +76,7 @@ rule build_null_bank:
         " --probes {input.probes} --out {output.bank} > {log.python} 2>&1"
 
 
+# A bank without probes gets them by `gap bank probe --cases results/gap/bank/probes` while it fits.
 # After code of the diagnosis has changed: does the committed bank still say what the code says? With
 # `--stamp` at the end of its command the hash of the bank is renewed, if it does.
 rule check_null_bank:

@@ -23,6 +23,11 @@ def add_bank_commands(
     )  # fmt: skip
     build.add_argument("--out", type=Path, required=True, help="bank, JSON")
     build.set_defaults(run=_build)
+    probe = steps.add_parser(
+        "probe", help="add cases to a bank that fits, to be tested again later"
+    )
+    probe.add_argument("--cases", type=Path, required=True, metavar="DIR", help="folder of cases")
+    probe.set_defaults(run=_probe)
     check = steps.add_parser("check", help="say whether the bank fits; exit code 2 if not")
     check.add_argument(
         "--recompute", type=int, metavar="N",
@@ -34,7 +39,7 @@ def add_bank_commands(
         "--stamp", action="store_true", help="if all rows agree, renew the hash of the bank"
     )
     check.set_defaults(run=_check)
-    for step in (build, check):
+    for step in (build, probe, check):
         step.add_argument("--config", type=Path, default=config, metavar="FILE")
         step.add_argument("--settings", type=Path, default=settings, metavar="FILE")
         step.add_argument("--cache", type=Path, default=cache, metavar="DIR")
@@ -49,6 +54,27 @@ def _build(options: argparse.Namespace, command: str) -> int:
     )
     config = read_diagnosis_config(options.config, options.settings)
     print(f"{build_bank(request, config)} rows in {options.out}")
+    return 0
+
+
+def _probe(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.gap.bank import bank_file, read_bank, write_bank
+    from scapulohumeral.gap.bank_build import probes
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+
+    config = read_diagnosis_config(options.config, options.settings)
+    settings = read_settings(config)
+    file = bank_file(settings)
+    bank, reason = read_bank(file, settings)
+    if bank is None:
+        raise ConfigError(f"{file}: {reason}. Probes of other code would vouch for nothing.")
+    found = {one.case: one for one in bank.probes}
+    for one in probes(options.cases, options.config, options.cache, config):
+        found[one.case] = one
+        # After every one: each takes minutes.
+        write_bank(file, bank.cases, settings, tuple(found.values()))
+        print(f"{one.case}: {len(one.rows)} rows", flush=True)
     return 0
 
 

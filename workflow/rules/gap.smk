@@ -55,7 +55,8 @@ rule diagnose_gap:
     shell:
         "python -m scapulohumeral.gap.cli gap diagnose {input.recordings}"
         " --participant {input.participant} --config {input.config}"
-        " --settings {params.settings} --view {params.view} --threads {threads} --out $(dirname {output.result}) > {log.python} 2>&1"
+        " --settings {params.settings} --view {params.view} --threads {threads}"
+        " --out $(dirname {output.result}) > {log.python} 2>&1"
 
 
 rule gap:

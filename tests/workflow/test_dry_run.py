@@ -85,7 +85,8 @@ def test_missing_key_is_refused(
     path = changed_config(repository, tmp_path, section, key, None)
     result = snakemake("--dry-run", "--replace-workflow-config", "--configfile", path)
     assert result.returncode != 0
-    assert f"'{key}' is a required property" in result.stdout
+    name = key if section is None else f"{section}.{key}"
+    assert f"key '{name}': is missing" in result.stdout
 
 
 def changed_config(

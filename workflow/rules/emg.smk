@@ -82,7 +82,7 @@ rule simulate_task:
     benchmark:
         "results/benchmarks/simulate_task/{participant}_{trial}.jsonl"
     wildcard_constraints:
-        trial="(?!(?:mvc|frontal|scapular|sagittal|composite)_)[a-z0-9_]+",
+        trial=f"(?!(?:{'|'.join([*WHOLE_RECORDINGS, *PLANES])})_)[a-z0-9_]+",
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),

@@ -60,7 +60,7 @@ def _settings(folder: Path) -> Path:
     usual = REPOSITORY / "config" / "gap" / "settings.yaml"
     settings = yaml.safe_load(usual.read_text(encoding="utf-8"))
     changes = yaml.safe_load((Path(__file__).parent / "settings.yaml").read_text(encoding="utf-8"))
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     path = folder / "settings.yaml"
     path.write_text(yaml.safe_dump(_changed(settings, changes)), encoding="utf-8")
     return path

@@ -20,6 +20,7 @@ from scapulohumeral.model.tables import ModelTables, Point
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import SEGMENTS, Scene
 from scapulohumeral.recordings.convert import Outcome
+from scapulohumeral.recordings.frames import axes_matrix, unit
 from scapulohumeral.recordings.trial import ASSUMED, ESTIMATED, MEASURED, Converted
 from scapulohumeral.report.svg import Drawing, Picture, styled
 
@@ -95,12 +96,11 @@ def scene_of(
     """
     step = max(1, round(converted.rate_hz / PAGE_RATE_HZ))
     frames = np.arange(0, len(converted.time_s), step)
-    matrices = _segment_matrices(converted, frames)
+    measured = {key: track[frames] for key, track in points.items()}
+    matrices = _segment_matrices(converted, frames, measured)
     if points:
-        measured = {key: track[frames] for key, track in points.items()}
         origins, landmarks = _recorded_bones(measured, matrices)
     else:
-        measured = {}
         origins, landmarks = _model_bones(matrices, tables)
     count = len(frames)
     quaternions = [make_continuous(matrix_to_quaternion(m)) for m in matrices.values()]
@@ -124,19 +124,20 @@ def scene_of(
     )
 
 
-def _segment_matrices(converted: Converted, frames: np.ndarray) -> dict[str, Array]:
+def _segment_matrices(
+    converted: Converted, frames: np.ndarray, points: Mapping[str, Array]
+) -> dict[str, Array]:
     """Segments in the thorax, (T, 3, 3) each, in the order of ``SEGMENTS``."""
+    still = np.tile(np.eye(3), (len(frames), 1, 1))
     matrices = {name: rotation[frames] for name, rotation in converted.rotations.items()}
     humerus = matrices["humerus_r"]
-    forearm = converted.segments.forearm
-    if forearm is None:
-        return {"thorax": np.tile(np.eye(3), (len(frames), 1, 1)), **matrices, "forearm": humerus}
-    # The turn of the forearm about its own axis is not shown: only its styloids are drawn.
-    y = -forearm[frames]
-    x = np.cross(y, np.cross(humerus[:, :, 0], y))
-    x = x / np.linalg.norm(x, axis=1, keepdims=True)
-    matrix = np.stack([x, y, np.cross(x, y)], axis=-1)
-    return {"thorax": np.tile(np.eye(3), (len(frames), 1, 1)), **matrices, "forearm": matrix}
+    if converted.segments.forearm is None:
+        return {"thorax": still, **matrices, "forearm": humerus}
+    y = -converted.segments.forearm[frames]
+    # Without the radial styloid the turn of the forearm about its own axis is not known.
+    aside = points["RS"] - points["US"] if "RS" in points else humerus[:, :, 0]
+    x = unit(np.cross(y, np.cross(aside, y)))
+    return {"thorax": still, **matrices, "forearm": axes_matrix(x, y)}
 
 
 def _recorded_bones(

@@ -10,6 +10,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.tables import ModelTables
 from scapulohumeral.recordings.checks import (
     FAULT,
     Finding,
@@ -21,10 +22,30 @@ from scapulohumeral.recordings.checks import (
     thorax_shape,
 )
 from scapulohumeral.recordings.landmarks import Calibration, Landmarks, read_landmarks
+from scapulohumeral.recordings.opensim_motion import ModelMap, read_motions
+from scapulohumeral.recordings.orientations import OrientationMap, read_orientations
 from scapulohumeral.recordings.record import Source, record_path, write_record, write_trial
-from scapulohumeral.recordings.trial import Converted, convert_segments, segments_of_landmarks
+from scapulohumeral.recordings.trial import (
+    Converted,
+    convert_segments,
+    segments_of_landmarks,
+    smoothed,
+)
 
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How recordings are converted: model tables, limits of the checks, low-pass filter or None."""
+
+    tables: ModelTables
+    limits: Limits
+    cutoff_hz: float | None = None
+
+    def finished(self, converted: Converted) -> Converted:
+        """A trial as it is written: smoothed, if that is asked for."""
+        return converted if self.cutoff_hz is None else smoothed(converted, self.cutoff_hz)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +83,7 @@ def refused(file: Path, error: Exception) -> Outcome:
 
 
 def convert_markers(
-    files: Sequence[Path], calibration: Calibration, limits: Limits, progress: Progress
+    files: Sequence[Path], calibration: Calibration, settings: Settings, progress: Progress
 ) -> list[Outcome]:
     """Convert recordings of markers of one person.
 
@@ -70,7 +91,7 @@ def convert_markers(
     ----------
     files : recordings
     calibration : map and static trials
-    limits : of the checks
+    settings : Settings
     progress : called with a line per recording
 
     Returns
@@ -83,12 +104,69 @@ def convert_markers(
         progress(f"{i}/{len(files)} {file.name}")
         try:
             landmarks = read_landmarks(file, calibration)
-            outcome = _converted(landmarks, calibration, limits)
+            outcome = _of_landmarks(landmarks, settings, _marker_source(landmarks, calibration))
         except DataError as error:
             outcomes.append(refused(file, error))
             continue
         kept.append((len(outcomes), landmarks))
         outcomes.append(outcome)
+    return _against_each_other(outcomes, kept, settings.limits)
+
+
+def convert_motions(
+    files: Sequence[Path], model: Path, model_map: ModelMap, settings: Settings, progress: Progress
+) -> list[Outcome]:
+    """Convert motions of another OpenSim model; parameters and result as `convert_markers`."""
+    progress(f"{len(files)} motions of {model.name}, posed by OpenSim")
+    outcomes = []
+    kept = []
+    for file, landmarks in zip(files, read_motions(files, model, model_map), strict=True):
+        if isinstance(landmarks, DataError):
+            outcomes.append(refused(file, landmarks))
+            continue
+        source = Source(
+            file=file,
+            kind="opensim motion",
+            files=(model, model_map.path),
+            settings={"side": model_map.side, "landmarks": dict(model_map.landmarks)},
+        )
+        try:
+            outcomes.append(_of_landmarks(landmarks, settings, source))
+        except DataError as error:
+            outcomes.append(refused(file, error))
+            continue
+        kept.append((len(outcomes) - 1, landmarks))
+    return _against_each_other(outcomes, kept, settings.limits)
+
+
+def convert_orientations(
+    files: Sequence[Path], orientation_map: OrientationMap, settings: Settings, progress: Progress
+) -> list[Outcome]:
+    """Convert tables of orientations; parameters and result as `convert_markers`."""
+    outcomes = []
+    for i, file in enumerate(files, start=1):
+        progress(f"{i}/{len(files)} {file.name}")
+        try:
+            segments = read_orientations(file, orientation_map)
+            converted = settings.finished(convert_segments(segments, settings.tables))
+        except DataError as error:
+            outcomes.append(refused(file, error))
+            continue
+        source = Source(
+            file=file,
+            kind="orientations",
+            files=(orientation_map.path,),
+            settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
+        )
+        findings = check_motion(converted, settings.tables, settings.limits)
+        outcomes.append(Outcome(file, file.stem, converted, source, tuple(findings), {}))
+    return outcomes
+
+
+def _against_each_other(
+    outcomes: list[Outcome], kept: Sequence[tuple[int, Landmarks]], limits: Limits
+) -> list[Outcome]:
+    """Outcomes with what the trials of one person show only together."""
     shapes = [thorax_shape(landmarks.points) for _, landmarks in kept]
     lengths = [
         {name: float(np.median(v)) for name, v in segment_lengths(landmarks.points).items()}
@@ -99,17 +177,33 @@ def convert_markers(
     return outcomes
 
 
-def _converted(landmarks: Landmarks, calibration: Calibration, limits: Limits) -> Outcome:
-    tables, marker_map = calibration.tables, calibration.marker_map
-    segments = segments_of_landmarks(landmarks, tables)
-    converted = convert_segments(segments, tables)
+def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> Outcome:
+    segments = segments_of_landmarks(landmarks, settings.tables)
+    raw = convert_segments(segments, settings.tables)
     findings = [
-        *check_points(landmarks.points, landmarks.up, converted, limits),
-        *check_motion(converted, tables, limits),
+        *check_points(landmarks.points, landmarks.up, raw, settings.limits),
+        *check_motion(raw, settings.tables, settings.limits),
     ]
     lengths = segment_lengths(landmarks.points)
+    inside = {
+        name: np.einsum("tji,tj->ti", segments.thorax, point - landmarks.points["IJ"])
+        for name, point in landmarks.points.items()
+    }
+    spread = {name: (float(np.median(v)), float(v.std())) for name, v in lengths.items()}
+    return Outcome(
+        file=landmarks.source,
+        name=landmarks.source.stem,
+        converted=settings.finished(raw),
+        source=replace(source, lengths_m=spread),
+        findings=tuple(findings),
+        points=inside,
+    )
+
+
+def _marker_source(landmarks: Landmarks, calibration: Calibration) -> Source:
+    marker_map = calibration.marker_map
     further = (marker_map.path, marker_map.static, marker_map.functional_trial)
-    source = Source(
+    return Source(
         file=landmarks.source,
         kind="markers",
         files=tuple(file for file in further if file is not None),
@@ -122,14 +216,6 @@ def _converted(landmarks: Landmarks, calibration: Calibration, limits: Limits) -
             "landmarks": {name: list(m) for name, m in marker_map.landmarks.items()},
         },
         gaps=landmarks.gaps,
-        lengths_m={name: (float(np.median(v)), float(v.std())) for name, v in lengths.items()},
-    )
-    inside = {
-        name: np.einsum("tji,tj->ti", segments.thorax, point - landmarks.points["IJ"])
-        for name, point in landmarks.points.items()
-    }
-    return Outcome(
-        landmarks.source, landmarks.source.stem, converted, source, tuple(findings), inside
     )
 
 

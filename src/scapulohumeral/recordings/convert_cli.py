@@ -18,6 +18,31 @@ PAGE = "conversion.html"
 REFUSED = 2
 EXAMPLES = """examples:
   scapulohumeral convert session1/*.c3d --map markers.yaml --out trials
+  scapulohumeral convert ik/*.mot --model subject.osim --map model.yaml --out trials
+  scapulohumeral convert imu/*.csv --map orientations.yaml --out trials
+
+markers.yaml:
+  schema: marker_map/1
+  side: right                      # left arms are mirrored
+  up: "+z"                         # where the files do not say it
+  landmarks: {IJ: jugular, PX: xiphoid, C7: c7, T8: t8, SC: sternoclav, AC: acromioclav,
+    AA: [acr_back], TS: spine, AI: inferior, PC: coracoid, EL: epi_lat, EM: epi_med, US: ulna}
+  glenohumeral: {method: meskers}  # or model; marker (landmark GH); {functional, trial: FILE}
+  # landmarks shown only in a static trial, and carried by technical markers:
+  # static: static.c3d
+  # clusters: {acromion: {markers: [a1, a2, a3], landmarks: [AA, TS, AI]}}
+
+model.yaml:
+  schema: model_map/1
+  side: right
+  landmarks: {IJ: ij, PX: px, C7: c7, T8: t8, SC: sc, AC: ac, AA: aa, TS: ts, AI: ai,
+    GH: {body: humerus, location_m: [0, 0, 0]}, EL: EpL, EM: EpM}
+
+orientations.yaml:
+  schema: orientation_map/1
+  side: right
+  axes: isb                        # or model: x right, y up, z back
+  segments: {thorax: trunk, scapula: scap, humerus: arm, forearm: fore}  # columns trunk_q0 ...
 """
 EPILOG = """
 DIR receives one table and one record per recording, and conversion.html: look at it before you go
@@ -33,8 +58,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = "Convert recordings of one person to trial tables of the study."
     parser.epilog = EXAMPLES + EPILOG
     add = parser.add_argument
-    add("recordings", nargs="+", type=Path, metavar="FILE", help=".c3d, .trc or .csv of markers")
-    add("--map", type=Path, metavar="FILE", help="YAML map of landmarks to markers")
+    add(
+        "recordings", nargs="+", type=Path, metavar="FILE",
+        help=".c3d, .trc or .csv of markers; .mot or .sto of another OpenSim model; .csv of "
+        "segment orientations",
+    )  # fmt: skip
+    add("--map", type=Path, required=True, metavar="FILE", help="what means what, see below")
+    add("--model", type=Path, metavar="OSIM", help="model that .mot or .sto files were made with")
+    add("--smooth-hz", type=float, metavar="HZ", help="low-pass filter (default: none)")
     add("--out", type=Path, required=True, metavar="DIR", help="folder for tables and page")
     add("--keep-faulty", action="store_true", help="also write tables of recordings with a fault")
     add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
@@ -62,16 +93,30 @@ def progress(line: str) -> None:
 
 
 def _outcomes(options: argparse.Namespace, tables: ModelTables) -> list[Outcome]:
+    """Outcomes by the kind of map."""
     from scapulohumeral.errors import ConfigError
+    from scapulohumeral.recordings import convert
     from scapulohumeral.recordings.checks import Limits
-    from scapulohumeral.recordings.convert import convert_markers
     from scapulohumeral.recordings.landmarks import calibrate
+    from scapulohumeral.recordings.map_file import kind_of_map
     from scapulohumeral.recordings.marker_map import read_marker_map
+    from scapulohumeral.recordings.opensim_motion import read_model_map
+    from scapulohumeral.recordings.orientations import read_orientation_map
 
-    if options.map is None:
+    files, settings = options.recordings, convert.Settings(tables, Limits(), options.smooth_hz)
+    kind = kind_of_map(options.map)
+    if kind == "marker_map/1":
+        calibration = calibrate(read_marker_map(options.map), tables)
+        return convert.convert_markers(files, calibration, settings, progress)
+    if kind == "orientation_map/1":
+        read = read_orientation_map(options.map)
+        return convert.convert_orientations(files, read, settings, progress)
+    if kind != "model_map/1":
         raise ConfigError(
-            "convert: no --map; expected a YAML file that names the marker of each landmark. "
-            "'scapulohumeral convert --help' shows an example."
+            f"{options.map}, schema: '{kind}'; expected marker_map/1, model_map/1 or "
+            "orientation_map/1. The help of this command shows an example of each."
         )
-    calibration = calibrate(read_marker_map(options.map), tables)
-    return convert_markers(options.recordings, calibration, Limits(), progress)
+    if options.model is None:
+        raise ConfigError("no --model; expected the .osim file that the motions were made with.")
+    read_map = read_model_map(options.map)
+    return convert.convert_motions(files, options.model, read_map, settings, progress)

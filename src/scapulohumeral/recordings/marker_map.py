@@ -5,34 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.recordings.frames import HUMERUS, SCAPULA, THORAX
+from scapulohumeral.recordings.map_file import AXES, closed, read_map
 
 OPTIONAL_LANDMARKS = ("SC", "AC", "US", "RS", "PC")
 LANDMARKS = (*THORAX, *SCAPULA, *HUMERUS, *OPTIONAL_LANDMARKS)
 METHODS = ("marker", "meskers", "model", "functional")
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _LABEL = {"type": "string", "minLength": 1}
 _LABELS = {"type": "array", "items": _LABEL, "minItems": 1, "uniqueItems": True}
 
 
-def _closed(properties: dict[str, Any], description: str, *required: str) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": list(required),
-        "additionalProperties": False,
-        "description": description,
-    }
-
-
-MAP_SCHEMA = _closed(
+MAP_SCHEMA = closed(
     {
         "schema": {"const": "marker_map/1", "description": "schema: marker_map/1"},
         "side": {"enum": ["right", "left"], "description": "arm; left ones are mirrored"},
@@ -45,7 +30,7 @@ MAP_SCHEMA = _closed(
             "description": "landmark: marker, or landmark: [markers] for their mean; landmarks are "
             + ", ".join(LANDMARKS),
         },
-        "glenohumeral": _closed(
+        "glenohumeral": closed(
             {
                 "method": {"enum": list(METHODS)},
                 "trial": {**_LABEL, "description": "recording of a wide arm motion"},
@@ -59,7 +44,7 @@ MAP_SCHEMA = _closed(
         "static": {**_LABEL, "description": "recording that calibrates clusters"},
         "clusters": {
             "type": "object",
-            "additionalProperties": _closed(
+            "additionalProperties": closed(
                 {
                     "markers": {**_LABELS, "minItems": 3},
                     "landmarks": {
@@ -127,7 +112,7 @@ def read_marker_map(path: Path) -> MarkerMap:
     ------
     ConfigError                      names file, key, what was expected, and the remedy
     """
-    document = _document(path)
+    document = read_map(path, MAP_SCHEMA)
     landmarks = {
         name: (markers,) if isinstance(markers, str) else tuple(markers)
         for name, markers in document["landmarks"].items()
@@ -150,20 +135,6 @@ def read_marker_map(path: Path) -> MarkerMap:
     )
     _check_references(marker_map)
     return marker_map
-
-
-def _document(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}. Check the name, and the line named.") from error
-    fault = best_match(Draft202012Validator(MAP_SCHEMA).iter_errors(document))
-    if fault is not None:
-        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
-        hint = fault.schema.get("description", "a label of a marker")
-        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
-    checked: dict[str, Any] = document
-    return checked
 
 
 def _check_references(marker_map: MarkerMap) -> None:

@@ -153,7 +153,7 @@ def _read_trc(path: Path) -> Markers:
     body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
     width = 2 + 3 * len(names)
     table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
-    rate = _rate(path, table[:, 1], "Time", first_row=6)
+    rate = uniform_rate(path, table[:, 1], "Time", first_row=6)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
     return Markers(path, names, float(table[0, 1]), rate, points, None, unit)
@@ -202,13 +202,22 @@ def _read_csv(path: Path) -> Markers:
         [[_cell(path, i, row[name]) for name in wanted] for i, row in enumerate(rows, start=2)]
     )
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
-    rate = _rate(path, time, TIME_COLUMN, first_row=2)
+    rate = uniform_rate(path, time, TIME_COLUMN, first_row=2)
     points = table.reshape(len(table), len(names), 3) * METRES[unit]
     return Markers(path, names, float(time[0]), rate, points, None, unit)
 
 
-def _rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
-    """Frames per second of uniform times."""
+def uniform_rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
+    """Frames per second of uniform times (T,) [s].
+
+    Parameters
+    ----------
+    path, column, first_row : where the times stand: file, column, number of the first data row
+
+    Raises
+    ------
+    DataError                        times do not increase, or their steps differ; names the row
+    """
     check_increasing(path, column, time_s)
     if len(time_s) < 2:
         raise DataError(f"{path}: {len(time_s)} frames; expected at least two. Record longer.")
@@ -218,6 +227,6 @@ def _rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
         row = int(uneven[0]) + first_row + 1
         raise DataError(
             f"{path}, row {row}, column {column}: {steps[uneven[0]]:.5f} s after the row before; "
-            f"expected {steps.mean():.5f} s throughout. Rows without markers must stay in the file."
+            f"expected {steps.mean():.5f} s throughout. Resample it; rows without data must stay."
         )
     return float(1.0 / steps.mean())

@@ -6,13 +6,20 @@ Letters: T frames.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    ANGLE_NAMES,
+    Array,
+    quaternion_to_matrix,
+    trial_to_pose,
+)
+from scapulohumeral.model.smoothing import smooth_recording
 from scapulohumeral.model.tables import ModelTables
 from scapulohumeral.recordings.frames import (
     SCAPULA,
@@ -252,6 +259,22 @@ def _scapula_channels(segments: Segments) -> dict[str, Channel]:
 
 def _regressed() -> Channel:
     return Channel(ESTIMATED, REGRESSED_RULE, REGRESSED_UNCERTAINTY_DEG)
+
+
+def smoothed(converted: Converted, cutoff_hz: float) -> Converted:
+    """The same trial through a low-pass filter of its joint quaternions.
+
+    Raises
+    ------
+    DataError, ConfigError           see `smoothing.smooth_recording`
+    """
+    motion = smooth_recording(Motion(converted.time_s, converted.angles_rad), cutoff_hz)
+    pose = trial_to_pose(motion.angles_rad)
+    clavicle, ac, gh = (quaternion_to_matrix(pose[:, k : k + 4]) for k in (0, 4, 8))
+    scapula = clavicle @ ac
+    rotations = {"clavicle_r": clavicle, "scapula_r": scapula, "humerus_r": scapula @ gh}
+    angles = joint_angles(clavicle, scapula, scapula @ gh, pose[:, 12])
+    return replace(converted, angles_rad=angles, rotations=rotations)
 
 
 def provenance_of(channels: Mapping[str, Channel]) -> dict[str, Any]:

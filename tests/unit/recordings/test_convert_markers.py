@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.recordings.checks import Limits
-from scapulohumeral.recordings.convert import Outcome, convert_markers, write_outcomes
+from scapulohumeral.recordings.convert import Outcome, Settings, convert_markers, write_outcomes
 from scapulohumeral.recordings.girdle_rules import (
     REST_CLAVICLE_DEG,
     REST_SCAPULA_DEG,
@@ -34,7 +34,7 @@ def convert(
     calibration = calibrate(
         read_marker_map(made.write_map(folder / "map.yaml", text or made.MAP)), MODEL
     )
-    [outcome] = convert_markers([file], calibration, Limits(), lambda line: None)
+    [outcome] = convert_markers([file], calibration, Settings(MODEL, Limits()), lambda line: None)
     return outcome
 
 
@@ -226,7 +226,7 @@ def test_angles_have_no_jumps_where_the_arm_has_none(tmp_path: Path) -> None:
 
 def test_a_trial_with_a_fault_gets_no_table(tmp_path: Path) -> None:
     points = made.landmarks(made.arm_angles(), MODEL)
-    points["EM"] = points["EM"] + [-0.1, 0.0, 0.0]
+    points["EM"] = points["EM"] + 1.5 * (points["EM"] - points["EL"])
     outcome = convert(tmp_path, points)
     assert "epicondyles_apart" in {f.name for f in outcome.findings}
     write_outcomes(tmp_path / "out", [outcome], False, "a command")

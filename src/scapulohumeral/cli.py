@@ -22,6 +22,10 @@ COMMANDS = {
         "recordings (markers, motions of other models, orientations) to trial tables",
         "scapulohumeral.recordings.convert_cli",
     ),
+    "participant": (
+        "a participant of the study from a static trial and body size",
+        "scapulohumeral.recordings.participant_cli",
+    ),
 }
 GAP = "gap"
 

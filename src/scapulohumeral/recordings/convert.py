@@ -24,6 +24,7 @@ from scapulohumeral.recordings.checks import (
 from scapulohumeral.recordings.landmarks import Calibration, Landmarks, read_landmarks
 from scapulohumeral.recordings.opensim_motion import ModelMap, read_motions
 from scapulohumeral.recordings.orientations import OrientationMap, read_orientations
+from scapulohumeral.recordings.participant import mean_gravity
 from scapulohumeral.recordings.record import Source, record_path, write_record, write_trial
 from scapulohumeral.recordings.trial import (
     Converted,
@@ -194,7 +195,13 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
         file=landmarks.source,
         name=landmarks.source.stem,
         converted=settings.finished(raw),
-        source=replace(source, lengths_m=spread),
+        source=replace(
+            source,
+            lengths_m=spread,
+            gravity_mps2=None
+            if landmarks.up is None
+            else mean_gravity([(segments.thorax, landmarks.up)]),
+        ),
         findings=tuple(findings),
         points=inside,
     )

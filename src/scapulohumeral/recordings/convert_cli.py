@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scapulohumeral.provenance import SOURCE_ROOT
+from scapulohumeral.recordings.participant_cli import add_body_arguments, body_of
 
 if TYPE_CHECKING:
     from scapulohumeral.model.tables import ModelTables
@@ -20,6 +21,11 @@ EXAMPLES = """examples:
   scapulohumeral convert session1/*.c3d --map markers.yaml --out trials
   scapulohumeral convert ik/*.mot --model subject.osim --map model.yaml --out trials
   scapulohumeral convert imu/*.csv --map orientations.yaml --out trials
+
+  with a participant file for a diagnosis, tasks and repeats by the names of files:
+  scapulohumeral convert all/*.c3d --map markers.yaml --out trials --id ann --body-mass 68
+      --height 1.70 --tasks '(?P<task>[a-z]+)_.*_(?P<repeat>[0-9]+)$'
+  scapulohumeral gap diagnose trials/*_after_*.csv --reference trials/*_before_*.csv --out answer
 
 markers.yaml:
   schema: marker_map/1
@@ -69,6 +75,39 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help="folder for tables and page")
     add("--keep-faulty", action="store_true", help="also write tables of recordings with a fault")
     add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
+    add("--id", default="participant", help="with --body-mass: name of the person")
+    add(
+        "--tasks", metavar="REGEX",
+        help="with --body-mass: groups (?P<task>...) and (?P<repeat>...) in the names of trials",
+    )  # fmt: skip
+    add_body_arguments(parser, required=False)
+
+
+def _write_participant(
+    options: argparse.Namespace, outcomes: list[Outcome], tables: ModelTables
+) -> None:
+    """The participant file that a diagnosis of these trials reads."""
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.recordings import participant
+    from scapulohumeral.recordings.body_size import scale_factors
+
+    usable = [outcome for outcome in outcomes if outcome.usable and outcome.source]
+    points = [outcome.points for outcome in usable if outcome.points]
+    gravity = participant.gravity_of_records(
+        [{"gravity_in_thorax_mps2": o.source.gravity_mps2} for o in usable if o.source]
+    )
+    if not points or gravity is None:
+        raise ConfigError(
+            "--body-mass: a participant needs landmarks and the axis that points up; expected "
+            "markers or an OpenSim motion, and key up in the map. Leave out --body-mass otherwise."
+        )
+    names = [outcome.name for outcome in usable]
+    trials = participant.task_and_repeat(options.tasks, names) if options.tasks else {}
+    person = participant.Person(
+        options.id, body_of(options), scale_factors(points, tables), gravity
+    )
+    written = participant.write_diagnosis_participant(options.out, person, tables, trials)
+    print(f"participant of a diagnosis: {written}")
 
 
 def run(options: argparse.Namespace, command: str) -> int:
@@ -83,6 +122,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     page = options.out / PAGE
     page.write_text(render_page(outcomes, tables, command), encoding="utf-8")
     print(summary(outcomes))
+    if options.body_mass is not None:
+        _write_participant(options, outcomes, tables)
     print(f"look at {page}")
     return 0 if all(outcome.usable for outcome in outcomes) else REFUSED
 

@@ -17,7 +17,7 @@ from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.rotations import ANGLE_NAMES
 from scapulohumeral.recordings.checks import FAULT, Finding
 from scapulohumeral.recordings.gaps import Gap
-from scapulohumeral.recordings.trial import Channel, Converted, provenance_of
+from scapulohumeral.recordings.trial import MEASURED, Channel, Converted, provenance_of
 
 SCHEMA = "recording/1"
 SUFFIX = ".recording.json"
@@ -35,6 +35,7 @@ class Source:
     settings : what they say, in words or numbers
     gaps : filled gaps of markers
     lengths_m : segment -> (median, standard deviation) [m]
+    gravity_mps2 : mean gravity in thorax axes, or None if nothing says where up is
     """
 
     file: Path
@@ -43,6 +44,7 @@ class Source:
     settings: Mapping[str, Any]
     gaps: tuple[Gap, ...] = ()
     lengths_m: Mapping[str, tuple[float, float]] | None = None
+    gravity_mps2: tuple[float, ...] | None = None
 
 
 def write_trial(path: Path, converted: Converted) -> None:
@@ -86,11 +88,29 @@ def write_record(
             name: {"median": round(1e3 * middle, 2), "standard_deviation": round(1e3 * spread, 2)}
             for name, (middle, spread) in (source.lengths_m or {}).items()
         },
+        "gravity_in_thorax_mps2": source.gravity_mps2,
         "channels": provenance_of(converted.channels),
         "command": command,
         "version": metadata.version("scapulohumeral"),
     }
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def read_record(trial: Path) -> dict[str, Any]:
+    """The record beside a trial table; empty if there is none.
+
+    Raises
+    ------
+    DataError                        the record is no JSON
+    """
+    path = record_path(trial)
+    if not path.is_file():
+        return {}
+    try:
+        document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise DataError(f"{path}: not JSON: {error}. Convert the recording again.") from error
+    return document
 
 
 def read_channels(trial: Path) -> dict[str, Channel]:
@@ -108,19 +128,15 @@ def read_channels(trial: Path) -> dict[str, Channel]:
     ------
     DataError                        the record is not one, or lacks a joint angle
     """
-    path = record_path(trial)
-    if not path.is_file():
-        return {name: Channel("measured") for name in ANGLE_NAMES}
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        raise DataError(f"{path}: not JSON: {error}. Convert the recording again.") from error
+    document = read_record(trial)
+    if not document:
+        return {name: Channel(MEASURED) for name in ANGLE_NAMES}
     channels = document.get("channels", {}) if document.get("schema") == SCHEMA else {}
     missing = [name for name in ANGLE_NAMES if name not in channels]
     if missing:
         raise DataError(
-            f"{path}, channels: no {', '.join(missing)}; expected schema {SCHEMA} with all joint "
-            "angles. Convert the recording again, or remove the file if all were measured."
+            f"{record_path(trial)}, channels: no {', '.join(missing)}; expected "
+            f"schema {SCHEMA} with all joint angles. Convert the recording again, or remove the file if all were measured."
         )
     return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
 

@@ -136,7 +136,8 @@ def read_channels(trial: Path) -> dict[str, Channel]:
     if missing:
         raise DataError(
             f"{record_path(trial)}, channels: no {', '.join(missing)}; expected "
-            f"schema {SCHEMA} with all joint angles. Convert the recording again, or remove the file if all were measured."
+            f"schema {SCHEMA} with all joint angles. Convert the recording again, or "
+            "remove the file if all were measured."
         )
     return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
 

@@ -22,6 +22,10 @@ COMMANDS = {
         "recordings (markers, motions of other models, orientations) to trial tables",
         "scapulohumeral.recordings.convert_cli",
     ),
+    "emg": (
+        "raw EMG and maximal contractions to the envelopes that a diagnosis reads",
+        "scapulohumeral.recordings.emg_cli",
+    ),
     "participant": (
         "a participant of the study from a static trial and body size",
         "scapulohumeral.recordings.participant_cli",

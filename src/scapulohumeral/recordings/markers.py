@@ -132,8 +132,8 @@ def _read_c3d(path: Path) -> Markers:
         raise DataError(f"{path}, POINT:RATE: {rate} Hz; expected more than 0. Set it in the file.")
     screen = point.get("Y_SCREEN", {"value": []})["value"]
     up = screen[0].strip().lower() if screen else None
-    start = file["header"]["points"]["first_frame"] / rate
-    return Markers(path, labels, float(start), rate, points[:, : len(labels)], up, unit)
+    # Time counts from the first frame, as that of analog channels does.
+    return Markers(path, labels, 0.0, rate, points[:, : len(labels)], up, unit)
 
 
 def _labels(point: Mapping[str, Mapping[str, Sequence[str]]]) -> list[str]:

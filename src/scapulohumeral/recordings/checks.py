@@ -16,6 +16,10 @@ from scapulohumeral.recordings.frames import Points, elbow_centre
 from scapulohumeral.recordings.trial import Converted
 
 FAULT, NOTE = "fault", "note"
+# How far beyond the model's range an angle is worth a note, and how far it cannot be. Persons and
+# markers on skin differ by 10 deg; the worst of the recordings that this was tried on by 25.
+NOTEWORTHY_RAD = np.deg2rad(10.0)
+IMPOSSIBLE_RAD = np.deg2rad(60.0)
 
 
 @dataclass(frozen=True)
@@ -218,11 +222,15 @@ def _out_of_range(converted: Converted, tables: ModelTables) -> list[Finding]:
     for i, name in enumerate(ANGLE_NAMES):
         coordinate, angle = tables.coordinates[name], converted.angles_rad[:, i]
         beyond = float(max(coordinate.min_rad - angle.min(), angle.max() - coordinate.max_rad))
-        if name.startswith(("SC", "AC", "EL")) and beyond > np.deg2rad(10.0):
+        if name.startswith(("SC", "AC", "EL")) and beyond > NOTEWORTHY_RAD:
             low, high = np.rad2deg([coordinate.min_rad, coordinate.max_rad])
             text = (
                 f"{name} reaches {np.rad2deg(angle.min()):.0f} to {np.rad2deg(angle.max()):.0f} "
                 f"deg; the model's range is {low:.0f} to {high:.0f} deg"
             )
-            found.append(Finding("outside_model_range", NOTE, text))
+            if beyond > IMPOSSIBLE_RAD:
+                text += ". No shoulder goes there: landmarks are swapped, or of another place"
+                found.append(Finding("impossible_posture", FAULT, text))
+            else:
+                found.append(Finding("outside_model_range", NOTE, text))
     return found

@@ -154,9 +154,20 @@ def _read_trc(path: Path) -> Markers:
     width = 2 + 3 * len(names)
     table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
     rate = uniform_rate(path, table[:, 1], "Time", first_row=6)
+    _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
     return Markers(path, names, float(table[0, 1]), rate, points, None, unit)
+
+
+def _check_rate(path: Path, written: str, rate_hz: float) -> None:
+    """Refuse a header that contradicts the times of the frames."""
+    stated = _cell(path, 3, written)
+    if not abs(stated - rate_hz) <= STEP_TOLERANCE * rate_hz:
+        raise DataError(
+            f"{path}, row 3, DataRate: {written.strip()} Hz, but the column Time has {rate_hz:.2f} "
+            "frames per second. Correct the one that is wrong: speeds hang on it."
+        )
 
 
 def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:

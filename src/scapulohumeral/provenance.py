@@ -10,6 +10,8 @@ from pathlib import Path
 from scapulohumeral.errors import ConfigError
 
 SOURCE_ROOT = Path(__file__).resolve().parents[1]
+# What the study is. Files that a configuration names are relative to it, wherever that one lies.
+CONFIG_FOLDER = SOURCE_ROOT.parent / "config"
 
 # Packages whose version can change a number in a result.
 NUMERICAL_PACKAGES = (
@@ -48,7 +50,7 @@ def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
     ConfigError
         If there is no such module below ``root``.
     """
-    if _source_file(module, root) is None:
+    if source_file(module, root) is None:
         raise ConfigError(
             f"No source file for module '{module}' in {root}; "
             "name a module by its dotted path, e.g. scapulohumeral.provenance."
@@ -57,7 +59,7 @@ def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
     waiting = [module]
     while waiting:
         for name in _with_parents(waiting.pop()):
-            path = _source_file(name, root)
+            path = source_file(name, root)
             if path is not None and name not in found:
                 found[name] = path
                 waiting.extend(imported_names(path, name))
@@ -82,7 +84,7 @@ def imported_names(path: Path, module: str) -> Iterator[str]:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            origin = _absolute(node, package)
+            origin = absolute_origin(node, package)
             yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
@@ -120,14 +122,14 @@ def _with_parents(module: str) -> Iterator[str]:
     return (".".join(parts[:count]) for count in range(1, len(parts) + 1))
 
 
-def _source_file(module: str, root: Path) -> Path | None:
+def source_file(module: str, root: Path) -> Path | None:
     """File of a module or package below `root`; None for everything else, such as functions."""
     stem = root.joinpath(*module.split("."))
     candidates = (stem / "__init__.py", stem.with_name(f"{stem.name}.py"))
     return next((path for path in candidates if path.is_file()), None)
 
 
-def _absolute(node: ast.ImportFrom, package: str) -> str:
+def absolute_origin(node: ast.ImportFrom, package: str) -> str:
     """Dotted name of the module in a ``from … import`` statement inside `package`."""
     if node.level == 0:
         return node.module or ""

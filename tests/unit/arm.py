@@ -7,6 +7,7 @@ and humerus relative to their parents in child axes, and of the elbow. Vectors a
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 SEGMENTS = ("clavicle", "scapula", "humerus", "forearm")
@@ -59,6 +60,7 @@ def parameters(**changes) -> dict:
         "contact_stiffness": 2e4,
         "contact_eps": 0.01,
         "joint_stiffness": [1.0, 2.0, 3.0, 0.5],
+        "spring_torque": [0.8, 1.2, 0.25, 0.6],
         "joint_damping": [0.5, 0.6, 0.7, 0.8],
         "stop_stiffness": 40.0,
         "stop_eps": 0.05,
@@ -79,6 +81,7 @@ RIGID = {
     "conoid_stiffness": 0.0,
     "contact_stiffness": 0.0,
     "joint_stiffness": [0.0] * 4,
+    "spring_torque": [0.0] * 4,
     "joint_damping": [0.0] * 4,
     "stop_stiffness": 0.0,
 }
@@ -165,6 +168,33 @@ def spring_energy(state: Arm) -> float:
     return energy + 0.5 * p["joint_stiffness"][3] * (elbow - p["rest_EL"]) ** 2
 
 
+def exponential_spring_energy(state: Arm) -> float:
+    """Work of springs that pull with t (exp(angle / 0.3) - 1) / (exp(2) - 1), elbow included [J].
+
+    The model rounds the tip at no rotation: there the sine counts as hypot(sine, 0.01).
+    """
+    p, energy = state.p, 0.0
+    angles = []
+    for k, joint in enumerate(("SC", "AC", "GH")):
+        turn = np.asarray(p[f"rest_{joint}"]).T @ state.joint_rotations[k]
+        angles.append(Rotation.from_matrix(turn).magnitude())
+    elbow = Rotation.from_matrix(state.joint_rotations[3]).as_rotvec() @ np.asarray(p["axis_EL"])
+    for k, angle in enumerate(angles):
+
+        def torque(x: float) -> float:
+            sine = np.hypot(np.sin(x), 0.01)
+            return np.expm1(np.arctan2(sine, np.cos(x)) / 0.3) * np.sin(x) / sine
+
+        energy += p["spring_torque"][k] * quad(torque, 0.0, angle, epsabs=1e-13)[0]
+
+    def hinge(x: float) -> float:
+        return np.expm1(np.hypot(x, 0.01) / 0.3) * x / np.hypot(x, 0.01)
+
+    turned = elbow - p["rest_EL"]
+    energy += p["spring_torque"][3] * quad(hinge, 0.0, turned, epsabs=1e-13)[0]
+    return energy / np.expm1(2.0)
+
+
 def stop_energy(state: Arm) -> float:
     """Integral of k e^2 over the smooth excess e of the angles of SC and AC [J]."""
     p, k, e = state.p, state.p["stop_stiffness"], state.p["stop_eps"]
@@ -200,6 +230,7 @@ def contact_energy(state: Arm) -> float:
 def energy(state: Arm) -> float:
     """Total mechanical energy [J]."""
     parts = (
-        kinetic_energy, gravity_energy, spring_energy, stop_energy, conoid_energy, contact_energy
+        kinetic_energy, gravity_energy, spring_energy, exponential_spring_energy, stop_energy,
+        conoid_energy, contact_energy,
     )  # fmt: skip
     return sum(part(state) for part in parts)

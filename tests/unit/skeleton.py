@@ -56,7 +56,13 @@ def skeleton_record() -> dict[str, Any]:
             for body, markers in LANDMARKS.items()
             for name, location in markers.items()
         },
-        "constants": {"glenoid": {"inferior_inclination_deg": 6.5, "anterior_version_deg": 13.0}},
+        "constants": {
+            "glenoid": {
+                "inferior_inclination_deg": 6.5,
+                "anterior_version_deg": 13.0,
+                "superior_inferior_factor": 0.31,
+            }
+        },
         "wrap_objects": [
             {"name": "inf_sup_sub", "type": "sphere", "body": "humerus_r",
              "translation_m": STRAIGHT, "dimensions_m": [0.02]},

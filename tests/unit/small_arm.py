@@ -70,9 +70,10 @@ def small_objective(name: str, nodes: int, stability: float) -> Objective:
     return Objective(
         errors=errors,
         reference=errors.reference(small_motion(nodes) + 0.05, 0.5),
-        weights=Weights(stability=stability, regularisation=3e-3),
+        weights=Weights(stability=stability, regularisation=3e-3, reaction_rate=3e-7),
         step=STEP,
         glenoid=(0.11, 0.23),
+        superior_inferior_share=0.31,
         activity=np.linspace(0.5, 1.0, nodes),
     )
 

@@ -11,13 +11,18 @@ from scapulohumeral.stages.posed_problem import (
     make_objective,
 )
 
-GLENOID = {"inferior_inclination_deg": 6.0, "anterior_version_deg": -3.0}
+GLENOID = {
+    "inferior_inclination_deg": 6.0,
+    "anterior_version_deg": -3.0,
+    "superior_inferior_factor": 0.4,
+}
 WEIGHTS = {
     "trajectory_quaternion": 200.0,
     "trajectory_euler": 50.0,
     "clavicle_point_m": 0.5,
     "activation": 1.0,
     "regularisation": 1e-2,
+    "reaction_rate": 1e-6,
     "excitation_rate": 1e-3,
     "quaternion_norm": 150.0,
 }

@@ -8,7 +8,6 @@ from synthetic_study import solution
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import relative_angle
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.composite import compose, composite_target
 
 pytestmark = pytest.mark.unit
@@ -46,7 +45,7 @@ def test_each_motion_stands_where_its_nodes_say(motions):
         np.testing.assert_array_equal(x.u[own], motion.u)
         np.testing.assert_array_equal(x.a[own], motion.activation)
         np.testing.assert_array_equal(x.e[own], motion.excitation)
-        np.testing.assert_allclose(x.reaction[own] * REACTION_UNIT_N, motion.reaction_N)
+        np.testing.assert_allclose(x.reaction[own], motion.reaction_N)
         assert (joined.activity[own] == 1).all()
     assert (joined.activity[PAUSE] == 0).all()
     assert len(joined.activity) == len(joined.trajectory.q) == 2 * NODES + BETWEEN

@@ -10,6 +10,7 @@ from arm import (
     conoid_energy,
     contact_energy,
     energy,
+    exponential_spring_energy,
     gravity_energy,
     kinetic_energy,
     parameters,
@@ -105,6 +106,7 @@ def energy_slope(angles, potential, p):
     [
         (gravity_energy, ()),
         (spring_energy, ("joint_stiffness",)),
+        (exponential_spring_energy, ("spring_torque",)),
         (stop_energy, ("stop_stiffness",)),
         (conoid_energy, ("conoid_stiffness",)),
         (contact_energy, ("contact_stiffness",)),

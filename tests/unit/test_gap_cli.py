@@ -8,13 +8,16 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import yaml
 from gap_files import elevation, finished_diagnosis, write_csv, write_participant
 
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.gap import cli, run
+from scapulohumeral.gap.bank import bank_file
 from scapulohumeral.gap.case import case_hash
 from scapulohumeral.gap.participant_model import ModelSettings, _inputs, _key
 from scapulohumeral.gap.result import read_result
+from scapulohumeral.gap.settings import read_settings
 
 pytestmark = pytest.mark.unit
 
@@ -44,13 +47,13 @@ def seen(monkeypatch, views):
     """The cases that reach the inference; answers are made up, and no model is built."""
     cases = []
 
-    def answer(case, model, config, view):
+    def answer(case, model, settings):
         cases.append(case)
-        views.append(view)
+        views.append(settings.view)
         return finished_diagnosis()
 
     monkeypatch.setattr(run, "participant_model", lambda *_: SimpleNamespace(hash="m"))
-    monkeypatch.setattr(cli, "_inference", answer)
+    monkeypatch.setattr(run, "diagnose", answer)
     return cases
 
 
@@ -126,7 +129,7 @@ def raising(error):
 
 
 def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", raising(SolveError("lift: not solved")))
+    monkeypatch.setattr(run, "diagnose", raising(SolveError("lift: not solved")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     document = read_result(case_folder / "out" / "result.json")
     assert document["status"] == "failed"
@@ -136,12 +139,12 @@ def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypa
 
 
 def test_data_that_the_inference_cannot_use_are_refused(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", raising(DataError("lift: too short")))
+    monkeypatch.setattr(run, "diagnose", raising(DataError("lift: too short")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 2
 
 
 def test_an_answer_that_breaks_the_format_is_a_failure(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(cli, "_inference", lambda *_, **__: finished_diagnosis(none_p=0.9))
+    monkeypatch.setattr(run, "diagnose", lambda *_, **__: finished_diagnosis(none_p=0.9))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     reason = read_result(case_folder / "out" / "result.json")["status_reason"]
     assert "expected 1" in reason
@@ -169,3 +172,70 @@ def test_reference_trials_shape_the_model_if_there_are_any(case_folder, seen):
     assert shaping == [["reference0"], ["test0", "test1"]]
     tables = sorted(name for name in files[0] if name.endswith(".csv"))
     assert tables == ["case/reference0.csv", "case/test0.csv", "case/test1.csv"]
+
+
+@pytest.fixture
+def changed(tmp_path):
+    """Function that writes the configuration with one value replaced, and gives its file."""
+
+    def write(section, key, value):
+        config = yaml.safe_load((REPOSITORY / "config" / "config.yaml").read_text())
+        (config[section] if section else config)[key] = value
+        path = tmp_path / "elsewhere.yaml"
+        path.write_text(yaml.safe_dump(config))
+        return str(path)
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "said"),
+    [
+        (None, "masses", "weighed", "key 'masses': 'weighed' is not one of"),
+        ("gap", "tempreature", 3, "'tempreature' was unexpected"),
+        ("gap", "nodes", 3, "key 'gap.nodes': 3 is less than"),
+        ("gap", "phase_functions", 20, "gap.phase_functions: 20 of 21 nodes"),
+    ],
+)
+def test_a_wrong_configuration_is_refused(case_folder, changed, section, key, value, said, capsys):
+    """With key and reason, by every command, before anything is built."""
+    file = changed(section, key, value)
+    assert diagnose(case_folder, ["lift_r1.csv"], [], "--config", file) == 2
+    assert said in capsys.readouterr().err
+    assert not (case_folder / "out" / "result.json").exists()
+    assert cli.main(["gap", "bank", "check", "--config", file]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_every_command_finds_the_files_that_a_configuration_names(
+    case_folder, seen, changed, monkeypatch, capsys
+):
+    """Beside the configuration of the study, wherever the one that is used lies."""
+    used = []
+
+    def diagnosed(case, model, config, view):
+        bank = bank_file(read_settings(config))
+        used.append(bank)
+        return finished_diagnosis()
+
+    monkeypatch.setattr(cli, "_inference", diagnosed)
+    for name, fits in (("gap/null_bank.json", True), ("gap/other.json", False)):
+        file = changed("gap", "null_bank", name)
+        assert diagnose(case_folder, ["lift_r1.csv"], [], "--config", file) == 0
+        assert used[-1] == REPOSITORY / "config" / name
+        assert (cli.main(["gap", "bank", "check", "--config", file]) == 0) == fits
+        assert fits or "other.json is not there" in capsys.readouterr().out
+
+
+def test_a_diagnosis_gets_what_it_is_said_to_depend_on(case_folder, seen, monkeypatch):
+    """So that nothing else can change an answer, or has to rerun it."""
+    given = []
+
+    def diagnosed(case, model, config, view):
+        given.append(config)
+        return finished_diagnosis()
+
+    monkeypatch.setattr(cli, "_inference", diagnosed)
+    assert diagnose(case_folder, ["lift_r1.csv"], []) == 0
+    assert set(given[0]) == {"masses", "geometry", "weights", "gap", "prediction"}
+    assert "cuff_w2" not in given[0]["prediction"]["conditions"]

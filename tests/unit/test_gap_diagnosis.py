@@ -43,6 +43,7 @@ from scapulohumeral.gap.signatures import (
     record_derivative,
     session_records,
 )
+from scapulohumeral.gap.size import NO_INTERVAL
 from scapulohumeral.model.rotations import pose_to_trial
 
 pytestmark = pytest.mark.unit
@@ -297,6 +298,13 @@ def test_the_effect_behind_a_gap_is_named():
     assert {region.channel for region in done.regions.shows} & {"EL_rx", *CHANNELS}
     assert done.gap.floor_source == "repeats"
     assert any("null bank" in warning for warning in done.warnings)
+    low, high = done.gap.size.ci95
+    assert 0.0 < low < done.gap.size.value < high
+    table = done.curves["shows"]
+    for region in done.regions.shows:
+        own = table[table["channel"] == region.channel].set_index("phase_percent")["repeated"]
+        assert set(own[slice(*region.phase_percent)]) == {region.repeated}
+    assert set(done.curves["overlay"]["compared_with"]) == {"reference trials"}
 
 
 @pytest.mark.parametrize(
@@ -319,10 +327,15 @@ def test_missing_data_still_give_a_valid_answer(how):
         assert done.untestable == EMG_FAMILIES
         assert not done.gap.no_cost.tested
     if how.get("repeats") == 1:
-        assert done.gap.floor_source == "bank"
+        assert done.gap.floor_source == "configuration"
         assert any("no task was repeated" in warning for warning in done.warnings)
+        assert done.curves["shows"]["repeated"].isna().all()
+        assert {region.repeated for region in done.regions.shows} <= {None}
+    assert (done.gap.size.ci95 is None) == (how.get("repeats") == 1)
+    assert (NO_INTERVAL in done.warnings) == (how.get("repeats") == 1)
     if not how.get("reference", True):
         assert any("no reference trials" in warning for warning in done.warnings)
+        assert set(done.curves["overlay"]["compared_with"]) == {"model"}
     if how.get("tasks") and done.shrinkage:
         assert done.shrinkage.new_task is None
 
@@ -393,7 +406,7 @@ def test_probabilities_are_capped_by_the_test_for_a_gap():
     assert present.no_gap == 0.5
     for found in (absent, present):
         assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
-        assert decide.conformal_set(found) == ("no_gap", "a")
+        assert decide.credible_set(found) == ("no_gap", "a")
     assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
 
 
@@ -481,7 +494,7 @@ def test_evidence_may_mislead():
     # Certain as the evidence may be, none of these stays among what reaches 90 %.
     even = dict.fromkeys("abcd", 0.25)
     certain = decide.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
-    assert decide.conformal_set(decide.perhaps_misled(certain, even)) == ("a", "none")
+    assert decide.credible_set(decide.perhaps_misled(certain, even)) == ("a", "none")
 
 
 def test_a_cause_that_shrinks_no_gap_needs_more_evidence():

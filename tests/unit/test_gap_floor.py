@@ -46,7 +46,7 @@ def test_without_repeats_prior_knowledge_counts():
     noise = trial_noise(
         [repeats(np.random.default_rng(1), 1, 2.0)], NAMES, FUNCTIONS, SETTINGS.noise
     )
-    assert noise.source == "bank"
+    assert noise.source == "configuration"
     total = np.diag(noise.covariance).reshape(len(NAMES), -1).sum(axis=1) / NODES
     np.testing.assert_allclose(np.sqrt(total[:10]), SETTINGS.noise.kinematics_deg)
     np.testing.assert_allclose(np.sqrt(total[10:]), SETTINGS.noise.emg)

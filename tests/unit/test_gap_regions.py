@@ -59,9 +59,9 @@ def test_a_region_extends_as_far_as_its_points_would_stand_out_alone():
 def test_regions_that_both_halves_of_the_trials_have_are_repeated():
     there = comparison()
     seen, unseen = (there.compress([0.5 * sign * found(60.0).sigma]) for sign in (1.0, -1.0))
-    assert shown_regions(found(5.0), there, [seen, seen])[0].repeated
-    assert not shown_regions(found(5.0), there, [seen, unseen])[0].repeated
-    assert not shown_regions(found(5.0), there, [])[0].repeated
+    assert shown_regions(found(5.0), there, [seen, seen])[0].repeated is True
+    assert shown_regions(found(5.0), there, [seen, unseen])[0].repeated is False
+    assert shown_regions(found(5.0), there, [])[0].repeated is None
 
 
 def test_forces_enter_where_they_explain_the_difference():

@@ -154,9 +154,9 @@ def all_tables() -> dict[str, pd.DataFrame]:
             "unit": "N m",
         },
         "overlay": {
-            "task": "lift", "channel": "EMG_infra", **phase, "recorded": [0.1, 0.4, 0.2],
-            "nominal": [0.1, 0.3, 0.2], "with_effect": [0.1, 0.38, 0.2],
-            "floor_low": [0.08, 0.35, 0.15], "floor_high": [0.12, 0.45, 0.25], "unit": "1",
+            "task": "lift", "channel": "EMG_infra", **phase, "difference": [0.0, 0.1, 0.0],
+            "with_effect": [0.0, 0.08, 0.0], "floor_low": [-0.02, -0.05, -0.05],
+            "floor_high": [0.02, 0.05, 0.05], "unit": "1", "compared_with": "reference trials",
         },
         "signature": {
             "channel": "EMG_infra", **phase, "residual_sigma": [0.0, 7.0, 2.0],
@@ -195,6 +195,29 @@ def test_the_page_needs_no_network(make):
     assert "http://" not in page.replace("http://www.w3.org/", "")
     assert "https://" not in page
     assert "<script" not in page
+
+
+@pytest.mark.parametrize(("repeated", "words"), [(True, "yes"), (False, "no"), (None, "not known")])
+def test_the_page_says_whether_halves_have_a_region(repeated, words):
+    done = diagnosis()
+    [region] = done.regions.shows
+    page = render_report(replace(done, regions=Regions((replace(region, repeated=repeated),))), "")
+    assert f"<td>100 %</td><td>{words}</td>" in page
+    to_json(replace(done, regions=Regions((replace(region, repeated=repeated),))))
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("repeats", "floor from repeats of the same person"),
+        ("configuration", "floor from the configuration"),
+    ],
+)
+def test_the_page_says_where_the_floor_comes_from(source, words):
+    done = diagnosis()
+    page = render_report(replace(done, gap=replace(done.gap, floor_source=source)), "")
+    assert words in page
+    assert "floor from the bank" not in page
 
 
 def test_the_page_says_what_was_assumed_of_person_and_sessions():

@@ -14,6 +14,8 @@ from small_arm import (
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp import initial_guess
+from scapulohumeral.ocp import problem as ocp_problem
+from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solver import SolverSettings, Start, solve
@@ -116,15 +118,16 @@ def test_free_vector_is_laid_out_as_opty_does(make, point):
     states, inputs, _ = problem.parse_free(point)
     np.testing.assert_array_equal(states, np.hstack([x.q, x.u, x.a]).T)
     names = [f.__class__.__name__ for f in problem.collocator.unknown_input_trajectories]
-    np.testing.assert_array_equal(inputs[names.index("R_y")], x.reaction[:, 1])
+    reaction = x.reaction[:, 1] / REACTION_UNIT_N
+    np.testing.assert_allclose(inputs[names.index("R_y")], reaction, rtol=1e-15)
     np.testing.assert_array_equal(inputs[names.index("e_biceps")], x.e[:, 1])
-    np.testing.assert_array_equal(problem.layout.join(x), point)
+    np.testing.assert_allclose(problem.layout.join(x), point, rtol=1e-15)
 
 
 def test_bounds_reach_the_right_unknowns(make, point):
     problem = make()
     low, high = problem.layout.split(problem.lower_bound), problem.layout.split(problem.upper_bound)
-    expected = {"a": (0, 1), "e": (0, 1), "reaction": (-20, 20), "u": (-40, 40)}
+    expected = {"a": (0, 1), "e": (0, 1), "reaction": (-2e4, 2e4), "u": (-40, 40)}
     for kind, (least, most) in expected.items():
         assert (getattr(low, kind) == least).all()
         assert (getattr(high, kind) == most).all()
@@ -156,6 +159,30 @@ def cold_start(make):
         STEP,
     )
     return Start(problem.layout.join(guess))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_unit_of_the_reaction_changes_no_result(make, cold_start, monkeypatch, unit):
+    def optimum(newtons):
+        monkeypatch.setattr(ocp_problem, "REACTION_UNIT_N", newtons)
+        problem = make(nodes=12, stability=0.2)
+        start = Start(problem.layout.join(make_start))
+        result = solve(
+            lambda mode: make(mode, nodes=12, stability=0.2),
+            start,
+            SolverSettings(tolerance=1e-9),
+        )
+        assert result.optimal, result.message
+        low = problem.layout.split(problem.lower_bound).reaction
+        return result.objective, problem.trajectory(result.point.free), low
+
+    make_start = make(nodes=12).trajectory(cold_start.free)
+    objective, x, bound = optimum(REACTION_UNIT_N)
+    other_objective, other, other_bound = optimum(unit)
+    np.testing.assert_allclose(other_bound, bound, rtol=1e-14)
+    assert other_objective == pytest.approx(objective, rel=1e-8)
+    np.testing.assert_allclose(other.reaction, x.reaction, atol=1e-4 * np.abs(x.reaction).max())
+    np.testing.assert_allclose(other.q, x.q, atol=1e-5)
 
 
 def test_automatic_and_limited_memory_reach_the_same_optimum(make, cold_start):
@@ -197,5 +224,7 @@ def test_nonsense_settings_are_refused():
         SolverSettings(tolerance=2.0)
     with pytest.raises(ConfigError, match="negative"):
         Weights(activation=-1.0)
+    with pytest.raises(ConfigError, match="reaction_rate"):
+        Weights(reaction_rate=0.0)
     with pytest.raises(ConfigError, match="unknown segment"):
         Weights(tracked=("thorax",))

@@ -23,7 +23,7 @@ from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import LENGTH_STEP_M, player_html
 from scapulohumeral.player.scene import SEGMENTS, Scene, positions
 from scapulohumeral.report.player import build_scene, segment_poses
-from scapulohumeral.stages.joint_loading import glenohumeral_load, glenoid_angles
+from scapulohumeral.stages.joint_loading import glenohumeral_load
 
 pytestmark = pytest.mark.unit
 
@@ -123,7 +123,7 @@ def test_force_through_the_rim_has_eccentricity_one() -> None:
     record = skeleton_record()
     centre = np.array(record["joints"]["gh1"]["location_m"])
     pushes = 500.0 * (centre - scene().rim_m)
-    load = glenohumeral_load(pushes, glenoid_angles(record), record["body_mass_kg"])
+    load = glenohumeral_load(pushes, record)
     np.testing.assert_allclose(load.eccentricity, 1.0, rtol=1e-9)
 
 

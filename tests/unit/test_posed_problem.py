@@ -14,7 +14,6 @@ from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory, Weights
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.posed_problem import (
     header,
     make_objective,
@@ -38,7 +37,7 @@ def off_the_target(name: str) -> Trajectory:
         u=np.zeros((NODES, 10)),
         a=np.full((NODES, 3), 0.1),
         e=np.full((NODES, 3), 0.1),
-        reaction=np.tile([0.3, 0.05, 0.02], (NODES, 1)),
+        reaction=np.tile([30.0, 5.0, 2.0], (NODES, 1)),
     )
 
 
@@ -51,6 +50,7 @@ def test_objective_has_the_configured_weights(equations):
         activation=1.0,
         stability=2.0,
         regularisation=1e-2,
+        reaction_rate=1e-6,
         excitation_rate=1e-3,
         quaternion_norm=150.0,
         emg=3.0,
@@ -60,7 +60,8 @@ def test_objective_has_the_configured_weights(equations):
     )
     assert objective.emg is EMG
     assert objective.step == settings.time_step_s
-    np.testing.assert_allclose(np.rad2deg(objective.glenoid), list(GLENOID.values()))
+    np.testing.assert_allclose(np.rad2deg(objective.glenoid), list(GLENOID.values())[:2])
+    assert objective.superior_inferior_share == GLENOID["superior_inferior_factor"]
 
 
 def test_terms_without_weight_or_data_are_left_out(equations):
@@ -109,7 +110,7 @@ def test_solution_is_stored_in_physical_terms(quaternion_equations, tmp_path):
     x = posed.layout().split(result.point.free)
     np.testing.assert_array_equal(stored.q, x.q)
     np.testing.assert_array_equal(stored.excitation, x.e)
-    np.testing.assert_allclose(stored.reaction_N, x.reaction * REACTION_UNIT_N)
+    np.testing.assert_allclose(stored.reaction_N, x.reaction)
     length, velocity = posed.model.forces.lengths(x.q, x.u)
     curves = force_derivatives(length, velocity, small_muscles())
     np.testing.assert_allclose(stored.muscle_force_N, curves.active * x.a + curves.passive)

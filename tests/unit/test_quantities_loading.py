@@ -7,12 +7,12 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.ocp.cost_terms import stability_errors
-from scapulohumeral.ocp.objective import SUPERIOR_INFERIOR_SHARE
 from scapulohumeral.stages.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
-    SUPERIOR_INFERIOR_LIMIT,
     glenohumeral_load,
     glenoid_angles,
+    superior_inferior_limit,
+    superior_inferior_share,
 )
 from scapulohumeral.stages.muscle_groups import group_activation, group_force, group_table
 from scapulohumeral.stages.quantities import PredictionCase, plane_rows, rhythm_rows
@@ -23,6 +23,16 @@ GLENOID = (np.deg2rad(6.5), np.deg2rad(13.0))
 # Outward normal, superior and posterior axis: about y by the version, then about the new z.
 AXES = Rotation.from_euler("YZ", [13.0, -6.5], degrees=True).as_matrix()
 MASS_KG = 80.0
+RECORD = {
+    "body_mass_kg": MASS_KG,
+    "constants": {
+        "glenoid": {
+            "inferior_inclination_deg": 6.5,
+            "anterior_version_deg": 13.0,
+            "superior_inferior_factor": 0.4,
+        }
+    },
+}
 
 
 def reaction(compression: float, superior: float, posterior: float) -> np.ndarray:
@@ -31,7 +41,7 @@ def reaction(compression: float, superior: float, posterior: float) -> np.ndarra
 
 
 def test_pure_compression_is_central() -> None:
-    load = glenohumeral_load(reaction(400.0, 0.0, 0.0), GLENOID, MASS_KG)
+    load = glenohumeral_load(reaction(400.0, 0.0, 0.0), RECORD)
     np.testing.assert_allclose(load.force, [[400.0, 0.0, 0.0]], atol=1e-10)
     np.testing.assert_allclose(load.percent_body_weight, 100 * 400 / (80 * 9.80665))
     np.testing.assert_allclose(load.eccentricity, 0.0, atol=1e-12)
@@ -43,20 +53,21 @@ def test_normal_points_outwards_down_and_forwards() -> None:
     assert x > 0.9
     assert y < 0
     assert z < 0
-    load = glenohumeral_load(np.array([[1.0, 0.0, 0.0]]), GLENOID, MASS_KG)
+    load = glenohumeral_load(np.array([[1.0, 0.0, 0.0]]), RECORD)
     # Pressed straight inwards, the head slides the way the glenoid faces: down and forward.
     assert load.path[0, 0] < 0
     assert load.path[0, 1] < 0
 
 
 @pytest.mark.parametrize(
-    ("superior", "posterior"), [(SUPERIOR_INFERIOR_LIMIT, 0.0), (0.0, -ANTERIOR_POSTERIOR_LIMIT)]
+    ("superior", "posterior"),
+    [(superior_inferior_limit(RECORD), 0.0), (0.0, -ANTERIOR_POSTERIOR_LIMIT)],
 )
 def test_rim_is_at_eccentricity_one_for_any_size_of_force(
     superior: float, posterior: float
 ) -> None:
     for size in (10.0, 900.0):
-        load = glenohumeral_load(size * reaction(1.0, superior, posterior), GLENOID, MASS_KG)
+        load = glenohumeral_load(size * reaction(1.0, superior, posterior), RECORD)
         np.testing.assert_allclose(load.path, [[superior, posterior]], atol=1e-12)
         np.testing.assert_allclose(load.eccentricity, 1.0)
         np.testing.assert_allclose(load.magnitude, size * np.sqrt(1 + superior**2 + posterior**2))
@@ -65,13 +76,13 @@ def test_rim_is_at_eccentricity_one_for_any_size_of_force(
 def test_eccentricity_is_what_the_objective_penalises() -> None:
     forces = np.array([[500.0, 120.0, -90.0], [300.0, -200.0, 40.0]])
     ratio, _ = stability_errors().first(forces, np.tile(GLENOID, (2, 1)))
-    penalty = SUPERIOR_INFERIOR_SHARE * ratio[:, 0] ** 2 + ratio[:, 1] ** 2
-    load = glenohumeral_load(forces, GLENOID, MASS_KG)
+    penalty = superior_inferior_share(RECORD) * ratio[:, 0] ** 2 + ratio[:, 1] ** 2
+    load = glenohumeral_load(forces, RECORD)
     np.testing.assert_allclose((ANTERIOR_POSTERIOR_LIMIT * load.eccentricity) ** 2, penalty)
 
 
 def test_joint_pulled_apart_is_outside() -> None:
-    load = glenohumeral_load(reaction(-5.0, 1.0, 0.0), GLENOID, MASS_KG)
+    load = glenohumeral_load(reaction(-5.0, 1.0, 0.0), RECORD)
     assert np.isinf(load.eccentricity).all()
     assert np.isnan(load.path).all()
 
@@ -100,9 +111,10 @@ def test_groups_that_do_not_fit_are_refused() -> None:
 
 def test_rows_of_a_stored_solution() -> None:
     solution = synthetic_study.solution("par2", "sagittal", "quaternion")
+    glenoid = dict.fromkeys(("inferior_inclination_deg", "anterior_version_deg"), 0.0)
     record = {
         "body_mass_kg": MASS_KG,
-        "constants": {"glenoid": {"inferior_inclination_deg": 0.0, "anterior_version_deg": 0.0}},
+        "constants": {"glenoid": {**glenoid, "superior_inferior_factor": 0.31}},
     }
     assert glenoid_angles(record) == (0.0, 0.0)
     case = PredictionCase("par2", "cuff-limited", 10.0, 0.25)

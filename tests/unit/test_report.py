@@ -13,6 +13,8 @@ import synthetic_study
 from gap_files import HASHES, finished_diagnosis
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.library import library
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.report import gap_tables, kinematics, targets
 from scapulohumeral.report.assumptions import find_assumptions
@@ -137,6 +139,39 @@ def test_assumption_goes_on_over_comment_lines(tmp_path: Path) -> None:
     path.write_text("# ASSUME no\n# wind.\nx = 1\n# other\ny = 2  # ASSUME flat\n", "utf-8")
     found = [(a.text, a.line) for a in find_assumptions([path])]
     assert found == [("no wind.", 1), ("flat", 5)]
+
+
+def test_texts_that_bound_a_parameter_are_assumptions(tmp_path: Path) -> None:
+    path = tmp_path / "a.py"
+    path.write_text(
+        '"""Texts with ASSUME are listed."""\n'
+        'SOURCE = "measured; ASSUME: worse at worst"\n'
+        'a = Param("tilt", 1.0, SOURCE), Param("turn", 2.0, source=SOURCE)\n'
+        'b = Param(\n    "gain", 1.0,\n    "ASSUME at most "\n    "threefold")\n'
+        'c = Param(name, 1.0, "ASSUME: unnamed")\n'
+        'd = "measured"\n',
+        "utf-8",
+    )
+    assert [(a.text, a.line) for a in find_assumptions([path])] == [
+        ("tilt: measured; assumed: worse at worst", 2),
+        ("turn: measured; assumed: worse at worst", 2),
+        ("gain: at most threefold", 6),
+        ("unnamed", 8),
+    ]
+
+
+def test_assumptions_of_the_effects_are_listed() -> None:
+    """As many as the library marks, each with the parameter it is about, if its name is written."""
+    folder = Path(__file__).parents[2] / "src" / "scapulohumeral" / "gap" / "effects"
+    found = {a.text for a in find_assumptions(sorted(folder.glob("*.py")))}
+    setup = Setup(("infra",), ("EMG_a", "EMG_b"), (("EMG_a", "EMG_b"),), True)
+    marked = {p.source for e in library(setup) for p in e.params if "ASSUME" in p.source}
+    assert len(marked) >= 13
+    for source in marked:
+        said = re.split(r"ASSUME:?\s+", source)[-1]
+        assert any(text.endswith(said) for text in found)
+    assert "cost_factor: an order of magnitude; no cost is published" in found
+    assert any(text.startswith("engagement_deg: capsules engage") for text in found)
 
 
 def test_weight_of_the_clavicle_point(study: Study) -> None:

@@ -25,12 +25,12 @@ from scapulohumeral.report.coordination_targets import (
     validation_verdicts,
 )
 from scapulohumeral.report.loading_figures import sweep_figure
-from scapulohumeral.report.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.prediction_figures import prediction_kinematics
 from scapulohumeral.report.prediction_tables import prediction_solves, starts
 from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.validation_figures import reduction_table, task_figures
+from scapulohumeral.stages.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 
 pytestmark = pytest.mark.unit
 

@@ -16,7 +16,8 @@ import yaml
 pytestmark = pytest.mark.workflow
 
 PROFILE = "workflow/profiles/default"
-TARGETS = ("results/prediction/summary.csv", "results/validation/summary.csv")
+GAP = "results/gap/par1/result.json"
+TARGETS = ("results/prediction/summary.csv", "results/validation/summary.csv", GAP)
 # Small enough to plan in seconds, with two of everything that a change may or may not reach.
 STUDY = {
     "participants": ["par1", "par2"],
@@ -93,7 +94,7 @@ def test_prediction_weight_reruns_predictions(finished: Path, rerun: Rerun) -> N
     made = rerun()
     solutions = {f"results/prediction/{p}/{c}.npz" for p in STUDY["participants"] for c in PREDICT}
     assert solutions < made
-    assert all(name.startswith("results/prediction/") for name in made)
+    assert all(name.startswith(("results/prediction/", "results/gap/")) for name in made)
 
 
 def test_condition_reruns_itself_and_the_tables(finished: Path, rerun: Rerun) -> None:
@@ -120,3 +121,46 @@ def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -
     assert "results/calibration/par1_scalers.json" in made
     assert not [name for name in made if "/tracking/" in name or "/emg/" in name]
     assert not [name for name in made if "drinking_generic" in name]
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        (None, "masses", "anthropometric"),
+        ("geometry", "margin_deg", 12),
+        ("gap", "temperature", 2.5),
+        ("weights.prediction", "activation", 1.5),
+        ("prediction.conditions.healthy", "w_gh", 3),
+    ],
+)
+def test_whatever_a_diagnosis_reads_reruns_it(
+    finished: Path, rerun: Rerun, section: str | None, key: str, value: object
+) -> None:
+    edit(finished, lambda config: part_of(config, section).update({key: value}))
+    made = rerun()
+    assert {GAP, "results/gap/par1/config.yaml"} < made
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        ("weights.tracking", "activation", 1.5),
+        ("geometry", "poses", 2000),
+        ("calibration", "force_bounds", [0.6, 1.4]),
+        ("prediction.conditions.cuff_w4", "w_gh", 5),
+    ],
+)
+def test_what_a_diagnosis_does_not_read_leaves_it_alone(
+    finished: Path, rerun: Rerun, section: str, key: str, value: object
+) -> None:
+    edit(finished, lambda config: part_of(config, section).update({key: value}))
+    made = rerun()
+    assert made
+    assert not [name for name in made if name.startswith("results/gap/")]
+
+
+def part_of(config: dict, section: str | None) -> dict:
+    """A section of a configuration by its dotted name."""
+    for name in section.split(".") if section else ():
+        config = config[name]
+    return config

@@ -12,9 +12,9 @@ wildcard_constraints:
 PLANT_PARTICIPANTS = ["par1", "par2", "par3"]
 
 
-# Open cases without any effect: what they make of the tests becomes the bank of thresholds. Copy it
-# to config/gap/null_bank.json to use it; their keys tell nothing and are not kept.
-rule build_null_bank:
+# Open cases without any effect: what they make of the tests becomes the bank of thresholds; the first
+# of them are its probes. Their keys tell nothing and are not kept.
+rule draw_null_cases:
     input:
         models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),
         thorax=expand("results/models/{participant}_thorax.json", participant=PLANT_PARTICIPANTS),
@@ -24,27 +24,72 @@ rule build_null_bank:
         ),
         equations="results/equations/quaternion",
     output:
-        cases=directory("results/gap/bank/cases"),
+        cases=directory("results/gap/bank/{nulls}"),
+    log:
+        python="results/logs/draw_null_cases/{nulls}.python.log",
+    benchmark:
+        "results/benchmarks/draw_null_cases/{nulls}.jsonl"
+    wildcard_constraints:
+        nulls="cases|probes",
+    params:
+        cases=branch(
+            evaluate("{nulls} == 'cases'"),
+            then=lookup(within=config, dpath="blind/nulls"),
+            otherwise=lookup(within=config, dpath="blind/probes"),
+        ),
+        seed=lookup(within=config, dpath="blind/nulls_seed"),
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    message:
+        "Null bank: simulate {params.cases} cases without any effect"
+    shell:
+        "PYTHONPATH=tests python -m plants.generate --kind null --cases {params.cases}"
+        " --seed {params.seed} --results results --participants config/participants"
+        " --out {output.cases} --keys $(mktemp -d)/keys > {log.python} 2>&1"
+
+
+# Copy the bank to config/gap/null_bank.json to use it.
+rule build_null_bank:
+    input:
+        cases="results/gap/bank/cases",
+        probes="results/gap/bank/probes",
+    output:
         bank="results/gap/null_bank.json",
     log:
         python="results/logs/build_null_bank.python.log",
     benchmark:
         "results/benchmarks/build_null_bank.jsonl"
-    params:
-        cases=lookup(within=config, dpath="blind/nulls"),
-        seed=lookup(within=config, dpath="blind/nulls_seed"),
     threads: 1
     resources:
         mem_mb=4000,
         runtime=120,
     message:
-        "Null bank: simulate and test {params.cases} cases without any effect"
+        "Null bank: test all cases without any effect"
     shell:
-        "(PYTHONPATH=tests python -m plants.generate --kind null --cases {params.cases}"
-        " --seed {params.seed} --results results --participants config/participants"
-        " --out {output.cases} --keys $(mktemp -d)/keys"
-        " && python -m scapulohumeral.gap.cli gap bank build --cases {output.cases}"
-        " --out {output.bank}) > {log.python} 2>&1"
+        "python -m scapulohumeral.gap.cli gap bank build --cases {input.cases}"
+        " --probes {input.probes} --out {output.bank} > {log.python} 2>&1"
+
+
+# After code of the diagnosis has changed: does the committed bank still say what the code says? With
+# `--stamp` at the end of its command the hash of the bank is renewed, if it does.
+rule check_null_bank:
+    input:
+        probes="results/gap/bank/probes",
+    log:
+        python="results/logs/check_null_bank.python.log",
+    params:
+        probes=lookup(within=config, dpath="blind/probes"),
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=30,
+    message:
+        "Null bank: test its {params.probes} probes again"
+    shell:
+        "python -m scapulohumeral.gap.cli gap bank check --recompute {params.probes}"
+        " --cases {input.probes} > {log.python} 2>&1"
 
 
 rule draw_blind_cases:

@@ -5,11 +5,10 @@ from functools import cache
 from pathlib import Path
 
 import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
-
 from scapulohumeral import provenance
+from scapulohumeral.configuration import check_config
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.settings import sections_read
 
 
 wildcard_constraints:
@@ -27,24 +26,6 @@ def code_of(*modules):
     """Source files of modules of the package, as an input: a change in one of them reruns."""
     files = {path for module in modules for path in provenance.code_of(module)}
     return sorted(os.path.relpath(path) for path in files)
-
-
-def check_schema():
-    """Refuse a configuration that its schema does not allow, naming key, reason and meaning.
-
-    Snakemake's own `validate` prints the whole schema with every error.
-    """
-    schema = yaml.safe_load(Path("workflow/schemas/config.schema.yaml").read_text("utf-8"))
-    error = best_match(Draft202012Validator(schema).iter_errors(config))
-    if error is None:
-        return
-    place = ".".join(str(part) for part in error.absolute_path)
-    allowed = ", ".join(error.schema.get("properties", {}))
-    raise ConfigError(
-        f"Configuration, {f'key {place!r}' if place else 'top level'}: {error.message}. "
-        + (f"Keys there are: {allowed}. " if allowed else "")
-        + f"Meaning: {error.schema['description']}"
-    )
 
 
 @cache
@@ -258,6 +239,6 @@ def tracking_results(pattern):
     )
 
 
-check_schema()
+check_config(config)
 check_recordings_exist()
 check_conditions()

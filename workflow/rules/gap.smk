@@ -5,14 +5,34 @@
 # confidence. `make gap` makes them alone.
 
 
+# What the nominal model does in the study: scapula and clavicle follow from the humerus.
+VIEW = "prediction"
+
+
+rule write_gap_config:
+    # The configuration as Snakemake has it, with all that the command line changed. Written again
+    # only if something changes that a diagnosis reads.
+    output:
+        config="results/gap/{participant}/config.yaml",
+    log:
+        python="results/logs/write_gap_config/{participant}.python.log",
+    localrule: True
+    params:
+        read=sections_read(config, VIEW),
+    message:
+        "Configuration of the diagnosis of participant {wildcards.participant}"
+    run:
+        Path(output.config).write_text(yaml.safe_dump(config, sort_keys=False), encoding="utf-8")
+
+
 rule diagnose_gap:
     input:
         participant="config/participants/{participant}/participant.yaml",
         recordings=elevations,
         tables=MODEL_TABLES,
-        bank="config/gap/null_bank.json",
-        channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.gap.cli", "scapulohumeral.gap.diagnosis"),
+        config=rules.write_gap_config.output.config,
+        code=code_of("scapulohumeral.gap.diagnosis", "scapulohumeral.gap.run"),
+        opensim_code=code_of("scapulohumeral.gap.opensim_stage"),
     output:
         result="results/gap/{participant}/result.json",
         page="results/gap/{participant}/report.html",
@@ -21,7 +41,7 @@ rule diagnose_gap:
     benchmark:
         "results/benchmarks/diagnose_gap/{participant}.jsonl"
     params:
-        settings=lookup(within=config, dpath="gap"),
+        view=VIEW,
     threads: 1
     resources:
         mem_mb=4000,
@@ -30,8 +50,8 @@ rule diagnose_gap:
         "Gap between recorded and predicted elevations of participant {wildcards.participant}"
     shell:
         "python -m scapulohumeral.gap.cli gap diagnose {input.recordings}"
-        " --participant {input.participant} --view prediction --threads {threads}"
-        " --out $(dirname {output.result}) > {log.python} 2>&1"
+        " --participant {input.participant} --config {input.config} --view {params.view}"
+        " --threads {threads} --out $(dirname {output.result}) > {log.python} 2>&1"
 
 
 rule gap:

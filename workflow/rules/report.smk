@@ -67,7 +67,7 @@ rule render_report:
             participant=lookup(within=config, dpath="diagnose"),
         ),
         blind_scores=blind_scores(),
-        # The report lists the assumptions that comments in these files mark.
+        # The report lists the assumptions that comments and texts in these files mark.
         sources=sorted(
             str(path)
             for folder in ("src/scapulohumeral", "config")

@@ -33,6 +33,7 @@ CASADI_NAMES = {
     "sin": ca.sin,
     "cos": ca.cos,
     "sqrt": ca.sqrt,
+    "exp": ca.exp,
     "asin": ca.asin,
     "atan2": ca.atan2,
 }

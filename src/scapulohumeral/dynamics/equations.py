@@ -18,6 +18,7 @@ import sympy as sm
 import sympy.physics.mechanics as me
 
 from scapulohumeral.dynamics.formulation import Formulation
+from scapulohumeral.dynamics.joint_springs import hinge_torque, spring_torques
 from scapulohumeral.dynamics.joint_stops import stop_torques
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, SEGMENTS, SPECS
 
@@ -191,19 +192,13 @@ def _contact_position(chain: Chain, p, name: str) -> sm.Matrix:
 def _joint_torques(p, elbow_angle: sm.Expr) -> list[sm.Expr]:
     """Passive spring and damper torques on the ten relative speeds, child axes.
 
-    The spring torque is -k vee(R_rest^T R - R^T R_rest) / 2, that is k sin(angle) about the
-    rotation axis: the same in both formulations and smooth for every rotation. SC and AC have
-    stops at the ends of their ranges besides.
+    SC and AC have stops at the ends of their ranges besides.
     """
     torques: list[sm.Expr] = []
     for i, joint in enumerate(BALL_JOINTS):
         rest = sm.Matrix(3, 3, p[f"rest_{joint}"])
-        twist = rest.T * rotation_symbols(joint)
-        vee = (
-            sm.Matrix(
-                [twist[2, 1] - twist[1, 2], twist[0, 2] - twist[2, 0], twist[1, 0] - twist[0, 1]]
-            )
-            / 2
+        springs = spring_torques(
+            rotation_symbols(joint), rest, p["joint_stiffness"][i], p["spring_torque"][i]
         )
         stops = (0, 0, 0)
         if joint in GIRDLE_JOINTS:
@@ -214,10 +209,9 @@ def _joint_torques(p, elbow_angle: sm.Expr) -> list[sm.Expr]:
                 p["stop_eps"][0],
             )
         for axis, omega in enumerate(omega_symbols(joint)):
-            spring = -p["joint_stiffness"][i] * vee[axis]
-            torques.append(spring - p["joint_damping"][i] * omega + stops[axis])
+            torques.append(springs[axis] - p["joint_damping"][i] * omega + stops[axis])
     torques.append(
-        -p["joint_stiffness"][3] * (elbow_angle - p["rest_EL"][0])
+        hinge_torque(elbow_angle - p["rest_EL"][0], p["joint_stiffness"][3], p["spring_torque"][3])
         - p["joint_damping"][3] * omega_symbols("EL")[0]
     )
     return torques

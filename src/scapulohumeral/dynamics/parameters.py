@@ -66,6 +66,7 @@ SPECS: tuple[ParameterSpec, ...] = (
     ParameterSpec("contact_stiffness", 1, "N/m", "scapulothoracic contact stiffness"),
     ParameterSpec("contact_eps", 1, "1", "smoothing of the ellipsoid level-set value"),
     ParameterSpec("joint_stiffness", 4, "N m/rad", "passive stiffness of SC, AC, GH, EL"),
+    ParameterSpec("spring_torque", 4, "N m", "torque of exponential springs of SC, AC, GH, EL"),
     ParameterSpec("joint_damping", 4, "N m s/rad", "viscous damping of SC, AC, GH, EL"),
     ParameterSpec("stop_stiffness", 1, "N m/rad^2", "stiffness of SC and AC beyond their range"),
     ParameterSpec("stop_eps", 1, "rad", "smoothing of the angle beyond the range"),

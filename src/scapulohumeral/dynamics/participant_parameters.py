@@ -67,6 +67,8 @@ def dynamics_parameters(
         "contact_stiffness": contact["stiffness_N_per_m"],
         "contact_eps": contact["eps"],
         "joint_stiffness": [passive["k1_Nm_per_rad"]] * 4,
+        # The study's springs are linear; the authors' are a choice of the problem.
+        "spring_torque": [0.0] * 4,
         "joint_damping": [passive["b_Nms_per_rad"]] * 4,
         "stop_stiffness": passive["k2_Nm_per_rad2"],
         "stop_eps": passive["eps_rad"],

@@ -9,29 +9,36 @@ of gentle plants is no reason to believe more than the simulation does.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.provenance import CONFIG_FOLDER
 
-SCHEMA = "null-bank/1"
+SCHEMA = "null-bank/2"
 # Without a bank that fits, thresholds are higher by this factor.
 # ASSUME: a little more than any effect-free case of the banks built so far has needed, 1.30 with
 # reference trials and 2.19 without.
 UNCHECKED = {"reference": 1.5, "no_reference": 2.5}
-# Modules that tests and thresholds are made by. Model and solver are left out: they move both
-# sides of the ratio, and a bank that every edit of them made stale would never be there.
+# What tests and thresholds are computed by: rows of a case, the order of its trials, and what of a
+# trial is looked at.
 STATISTICS = (
-    "attribute.py", "evidence.py", "floor.py", "forward.py", "gather.py", "habits.py", "locate.py",
-    "movement.py", "observe.py", "pairs.py", "records.py", "signatures.py",
-)  # fmt: skip
+    "scapulohumeral.gap.bank_build:null_cases",
+    "scapulohumeral.gap.case:make_case",
+    "scapulohumeral.gap.movement:movement_window",
+)
+PACKAGE = "scapulohumeral.gap"
+# Model and solver, outside of the package or handed in, move both sides of the ratio, and a bank
+# that every edit of them made stale would never be there. Values of settings are hashed themselves.
+LEFT_OUT = ("scapulohumeral.gap.participant_model", "scapulohumeral.gap.settings")
 # Settings that neither tests nor thresholds read.
 AFTERWARDS = ("short_list", "refits", "temperature", "null_bank")
 
@@ -59,11 +66,23 @@ class NullCase:
 
 
 @dataclass(frozen=True)
+class Probe:
+    """Rows of one effect-free case with a model of its own, to be computed again at any time.
+
+    They vouch for the code, not for thresholds, and are not counted among the cases.
+    """
+
+    case: str
+    rows: tuple[NullCase, ...]
+
+
+@dataclass(frozen=True)
 class NullBank:
     """Effect-free cases, and the hash of the code and settings that they were tested with."""
 
     hash: str
     cases: tuple[NullCase, ...]
+    probes: tuple[Probe, ...] = ()
 
 
 def inflation(
@@ -97,40 +116,48 @@ def inflation(
     )
 
 
-def bank_hash(settings: GapSettings) -> str:
-    """Hash of what the bank depends on: the statistics, the effects, and the settings.
+def bank_file(settings: GapSettings) -> Path:
+    """File of the bank, wherever the configuration that names it lies."""
+    return CONFIG_FOLDER / settings.null_bank
 
-    Settings of what follows the tests are left out.
+
+def bank_hash(settings: GapSettings) -> str:
+    """Hash of what the bank depends on: tests, thresholds and effects, and the settings.
+
+    Settings of what follows the tests are left out. Whole numbers count as real ones.
     """
-    tests = {k: v for k, v in vars(settings).items() if k not in AFTERWARDS}
-    return hashlib.sha256((_code_hash() + repr(tests)).encode()).hexdigest()
+    tests = {k: _real(v) for k, v in asdict(settings).items() if k not in AFTERWARDS}
+    return hashlib.sha256((code_hash() + json.dumps(tests, sort_keys=True)).encode()).hexdigest()
 
 
 @cache
-def _code_hash() -> str:
-    folder = Path(__file__).parent
-    files = [*(folder / name for name in STATISTICS), *(folder / "effects").glob("*.py")]
-    parts = [f"{file.name}\n{instructions(file.read_text(encoding='utf-8'))}" for file in files]
-    return hashlib.sha256("\n".join(sorted(parts)).encode()).hexdigest()
+def code_hash() -> str:
+    """Hash of the instructions that a bank is made by."""
+    return instruction_hash(STATISTICS, PACKAGE, without=LEFT_OUT)
 
 
-def instructions(source: str) -> str:
-    """Python source without comments, docstrings and layout: other words make no bank stale."""
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-            continue
-        if ast.get_docstring(node) is not None:
-            node.body = node.body[1:] or [ast.Pass()]
-    return ast.unparse(tree)
+def _real(value: Any) -> Any:
+    """A setting with real numbers in place of whole ones, and lists in place of tuples."""
+    if isinstance(value, Mapping):
+        return {key: _real(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_real(one) for one in value]
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def write_bank(path: Path, cases: Sequence[NullCase], settings: GapSettings) -> None:
-    """Write a bank as a small table."""
-    rows = ",\n  ".join(json.dumps(asdict(case)) for case in cases)
+def write_bank(
+    path: Path, cases: Sequence[NullCase], settings: GapSettings, probes: Sequence[Probe] = ()
+) -> None:
+    """Write a bank as a small table, stamped with the hash of the present code and settings."""
+    named = [{"case": probe.case, **asdict(row)} for probe in probes for row in probe.rows]
+    tables = {"cases": [asdict(case) for case in cases], "probes": named}
+    blocks = (
+        f' "{name}": [\n  ' + ",\n  ".join(map(json.dumps, rows)) + "\n ]"
+        for name, rows in tables.items()
+    )
     head = f'{{"schema": "{SCHEMA}",\n "hash": "{bank_hash(settings)}",\n'
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f'{head} "cases": [\n  {rows}\n ]}}\n', encoding="utf-8")
+    path.write_text(head + ",\n".join(blocks) + "}\n", encoding="utf-8")
 
 
 def read_bank(path: Path, settings: GapSettings) -> tuple[NullBank | None, str]:
@@ -141,12 +168,29 @@ def read_bank(path: Path, settings: GapSettings) -> tuple[NullBank | None, str]:
     ConfigError                      the file is no bank
     """
     if not path.is_file():
-        return None, "no null bank of effect-free cases"
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        bank = NullBank(document["hash"], tuple(NullCase(**row) for row in document["cases"]))
-    except (ValueError, KeyError, TypeError) as error:
-        raise ConfigError(f"{path}: {error}; expected a null bank. Build it again.") from error
+        return None, f"no null bank of effect-free cases: {path.name} is not there"
+    bank = load_bank(path)
     if bank.hash != bank_hash(settings):
         return None, "the null bank was built with other code or settings and is not used"
     return bank, ""
+
+
+def load_bank(path: Path) -> NullBank:
+    """A null bank, whether it fits or not.
+
+    Raises
+    ------
+    ConfigError                      the file is no bank
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if document["schema"] != SCHEMA:
+            raise ValueError(f"schema {document['schema']}, expected {SCHEMA}")
+        cases = tuple(NullCase(**row) for row in document["cases"])
+        probes: dict[str, list[NullCase]] = {}
+        for row in document["probes"]:
+            probes.setdefault(row.pop("case"), []).append(NullCase(**row))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ConfigError(f"{path}: {error}; expected a null bank. Build it again.") from error
+    named = tuple(Probe(case, tuple(rows)) for case, rows in probes.items())
+    return NullBank(document["hash"], cases, named)

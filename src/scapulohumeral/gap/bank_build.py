@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.bank import NullCase, write_bank
+from scapulohumeral.gap.bank import NullCase, Probe, write_bank
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.case import Case, make_case
 from scapulohumeral.gap.evidence import Evidence
@@ -29,20 +29,27 @@ from scapulohumeral.gap.settings import GapSettings, read_settings
 
 @dataclass(frozen=True)
 class BankRequest:
-    """Folders of effect-free cases, configuration, cache of models, and file to write."""
+    """What a bank is built from.
+
+    Attributes
+    ----------
+    cases : folders of effect-free cases; probes : folder of those that are tested one by one
+    config, cache : configuration and cache of models; out : file to write
+    """
 
     cases: tuple[Path, ...]
+    probes: Path
     config: Path
     cache: Path
     out: Path
 
 
 def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
-    """Test all cases with and without their reference, their EMG and their joint force.
+    """Test all cases, and the probes, with and without reference, EMG and joint force.
 
     Returns
     -------
-    int                              number of rows of the bank
+    int                              number of rows of the bank, without probes
 
     Raises
     ------
@@ -50,7 +57,7 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
     """
     settings = read_settings(config)
     cases = [
-        _read(request, folder, config)
+        read_case(folder_request(folder, request.config, request.cache), config)
         for several in request.cases
         for folder in sorted(several.iterdir())
         if folder.is_dir()
@@ -64,14 +71,37 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
         groups.setdefault(repr((who.model, who.gravity_mps2)), []).append(case)
     rows: list[NullCase] = []
     for group in groups.values():
-        model = _shared_model(group, request, config)
+        model = _shared_model(group, request.cache, config)
         for case in group:
-            variants = [case, replace(case, reference=())] if case.reference else [case]
-            rows += [row for variant in variants for row in null_cases(variant, model, settings)]
+            rows += _all_rows(case, model, settings)
             # After every case: building takes an hour, and what there is can be used.
             write_bank(request.out, rows, settings)
             print(f"{len(rows)} rows", flush=True)
+    probes = [
+        probe(folder, request.config, request.cache, config)
+        for folder in sorted(request.probes.iterdir())
+        if folder.is_dir()
+    ]
+    write_bank(request.out, rows, settings, probes)
     return len(rows)
+
+
+def probe(folder: Path, file: Path, cache: Path, config: Mapping[str, Any]) -> Probe:
+    """Rows of one effect-free case that has a model of its own.
+
+    Parameters
+    ----------
+    folder : of the case; its name is that of the probe
+    file, cache : configuration file and cache of models; config : content of the file
+    """
+    case = read_case(folder_request(folder, file, cache), config)
+    model = _shared_model([case], cache, config)
+    return Probe(folder.name, tuple(_all_rows(case, model, read_settings(config))))
+
+
+def _all_rows(case: Case, model: ParticipantModel, settings: GapSettings) -> list[NullCase]:
+    variants = [case, replace(case, reference=())] if case.reference else [case]
+    return [row for variant in variants for row in null_cases(variant, model, settings)]
 
 
 def null_cases(case: Case, model: ParticipantModel, settings: GapSettings) -> list[NullCase]:
@@ -98,14 +128,9 @@ def _row(
     return NullCase(case.mode, emg, contact, *over)
 
 
-def _read(request: BankRequest, folder: Path, config: Mapping[str, Any]) -> Case:
-    asked = folder_request(folder, request.config, request.cache)
-    return read_case(asked, config)
-
-
 def _shared_model(
-    cases: Sequence[Case], request: BankRequest, config: Mapping[str, Any]
+    cases: Sequence[Case], cache: Path, config: Mapping[str, Any]
 ) -> ParticipantModel:
     trials = [trial for case in cases for trial in (*case.test, *case.reference)]
     union = make_case(cases[0].participant, trials, [])
-    return participant_model(union, ModelSettings.of(config, request.config), request.cache)
+    return participant_model(union, ModelSettings.of(config), cache)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 
@@ -14,30 +15,75 @@ def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache:
     build.add_argument(
         "--cases", type=Path, nargs="+", required=True, metavar="DIR", help="folders of cases"
     )
+    build.add_argument(
+        "--probes", type=Path, required=True, metavar="DIR",
+        help="folder of further cases that `check --recompute` can test again",
+    )  # fmt: skip
     build.add_argument("--out", type=Path, required=True, help="bank, JSON")
-    build.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     build.set_defaults(run=_build)
     check = steps.add_parser("check", help="say whether the bank fits; exit code 2 if not")
+    check.add_argument(
+        "--recompute", type=int, metavar="N",
+        help="test N probes again and compare: whether a change of code changes the bank",
+    )  # fmt: skip
+    check.add_argument("--cases", type=Path, metavar="DIR", help="folder of the cases of probes")
+    check.add_argument("--seed", type=int, default=1, metavar="N", help="which probes (default 1)")
+    check.add_argument(
+        "--stamp", action="store_true", help="if all rows agree, renew the hash of the bank"
+    )
     check.set_defaults(run=_check)
     for step in (build, check):
         step.add_argument("--config", type=Path, default=config, metavar="FILE")
+        step.add_argument("--cache", type=Path, default=cache, metavar="DIR")
 
 
 def _build(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.configuration import read_config
     from scapulohumeral.gap.bank_build import BankRequest, build_bank
-    from scapulohumeral.gap.run import read_config
 
-    request = BankRequest(tuple(options.cases), options.config, options.cache, options.out)
+    request = BankRequest(
+        tuple(options.cases), options.probes, options.config, options.cache, options.out
+    )
     print(f"{build_bank(request, read_config(options.config))} rows in {options.out}")
     return 0
 
 
 def _check(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.bank import read_bank
-    from scapulohumeral.gap.run import REFUSED, read_config
+    from scapulohumeral.configuration import read_config
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.gap.bank import bank_file, read_bank
+    from scapulohumeral.gap.run import REFUSED
     from scapulohumeral.gap.settings import read_settings
 
+    if (options.recompute is None) != (options.cases is None):
+        raise ConfigError("--recompute N and --cases DIR: expected both or none of them.")
+    if options.stamp and options.recompute is None:
+        raise ConfigError("--stamp: a hash is renewed after rows agree; add --recompute N.")
+    if options.recompute is not None and not _agrees(options):
+        return REFUSED
     settings = read_settings(read_config(options.config))
-    bank, reason = read_bank(options.config.parent / settings.null_bank, settings)
+    bank, reason = read_bank(bank_file(settings), settings)
     print(reason or f"the bank fits: {len(bank.cases) if bank else 0} rows")
     return 0 if bank else REFUSED
+
+
+def _agrees(options: argparse.Namespace) -> bool:
+    """Whether probes agree with the present code; renews the hash if that is asked for."""
+    from scapulohumeral.configuration import read_config
+    from scapulohumeral.gap.bank import bank_file, load_bank, write_bank
+    from scapulohumeral.gap.bank_build import probe
+    from scapulohumeral.gap.bank_probe import recomputed
+    from scapulohumeral.gap.settings import read_settings
+
+    config = read_config(options.config)
+    settings = read_settings(config)
+    file = bank_file(settings)
+    bank = load_bank(file)
+    again = partial(probe, file=options.config, cache=options.cache, config=config)
+    rows = recomputed(bank, options.recompute, options.cases, again, options.seed)
+    print(*rows, sep="\n")
+    agrees = all(row.agrees for row in rows)
+    if agrees and options.stamp:
+        write_bank(file, bank.cases, settings, bank.probes)
+        print(f"{file}: hash renewed")
+    return agrees

@@ -13,12 +13,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from scapulohumeral.gap.attribute import Fit, strongest
+from scapulohumeral.gap.curves import BaselinesRow
 from scapulohumeral.gap.floor import Comparison
 
 
 def baseline_labels(
     comparison: Comparison, screened: Sequence[Fit], prior: Mapping[str, float]
-) -> list[tuple[str, str]]:
+) -> list[BaselinesRow]:
     """Method and label of each: cosine, BIC of single samples, screening without solving again.
 
     Parameters
@@ -27,11 +28,12 @@ def baseline_labels(
     screened : all effects fitted to derivatives at the nominal solutions
     prior : of their labels
     """
-    return [
-        ("cosine", max(screened, key=lambda f: _cosine(comparison, f)).label),
-        ("per_sample_bic", min(screened, key=lambda f: _sample_bic(comparison, f)).label),
-        ("screening", strongest(screened, dict(prior), 1)[0].label),
-    ]
+    named = {
+        "cosine": max(screened, key=lambda f: _cosine(comparison, f)),
+        "per_sample_bic": min(screened, key=lambda f: _sample_bic(comparison, f)),
+        "screening": strongest(screened, dict(prior), 1)[0],
+    }
+    return [BaselinesRow(method=method, label=first.label) for method, first in named.items()]
 
 
 def _samples(comparison: Comparison, vector: np.ndarray) -> np.ndarray:

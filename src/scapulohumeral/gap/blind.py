@@ -24,10 +24,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.blind_scores import REGISTERED, HiddenGap, ScoredCase, score_card
-from scapulohumeral.gap.run import ENTRY, RESULT, Request
+from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code
 from scapulohumeral.gap.workers import side_by_side
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
@@ -35,7 +34,7 @@ SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
 # Gap on the hidden task before and after a candidate of an answer; None: unknown.
 Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
-DIAGNOSE = (sys.executable, "-m", ENTRY, "gap", "diagnose")
+DIAGNOSE = (sys.executable, "-m", COMMAND, "gap", "diagnose")
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
     DataError                        a case changed after sealing, or other code answered before
     """
     sealed = _read(files.published, SEAL_SCHEMA)["cases"]
-    code = provenance.code_hash(ENTRY)
+    code = answering_code()
     record_file = files.answers / ANSWERS
     record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), "code": code, "cases": {}}
     if record_file.exists():

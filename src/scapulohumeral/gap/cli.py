@@ -11,21 +11,12 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.bank_cli import add_bank_commands
 from scapulohumeral.gap.blind_cli import add_blind_commands
 from scapulohumeral.provenance import SOURCE_ROOT
-
-if TYPE_CHECKING:
-    from scapulohumeral.gap.case import Case
-    from scapulohumeral.gap.participant_model import ParticipantModel
-    from scapulohumeral.gap.result import Diagnosis
-    from scapulohumeral.gap.run import Config
-    from scapulohumeral.gap.settings import View
 
 CONFIG = SOURCE_ROOT.parent / "config" / "config.yaml"
 CACHE = SOURCE_ROOT.parent / "results" / "gap" / "models"
@@ -104,14 +95,9 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         seed=options.seed,
         threads=options.threads,
         command=command,
+        view=options.view,
     )
-    return run(request, partial(_inference, view=options.view))
-
-
-def _inference(case: Case, model: ParticipantModel, config: Config, view: View) -> Diagnosis:
-    from scapulohumeral.gap.diagnosis import diagnose, read_settings
-
-    return diagnose(case, model, read_settings(config, view))
+    return run(request)
 
 
 if __name__ == "__main__":

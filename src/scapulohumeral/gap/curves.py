@@ -6,51 +6,153 @@ A diagnosis holds those it could compute; the report draws those it finds.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 import pandas as pd
 
 from scapulohumeral.errors import DataError
 
 FOLDER = "curves"
+# What the recorded curves of the test trials are compared with.
+REFERENCE, MODEL = COMPARED_WITH = ("reference trials", "model")
+Row = TypeVar("Row", bound=NamedTuple)
 
-# Columns of each table; `phase_percent` runs from 0 to 100 over the movement.
-TABLES: dict[str, tuple[str, ...]] = {
-    # Where the gap shows: mean difference over its standard error, threshold of the null bank.
-    "shows": ("channel", "phase_percent", "effect_sigma", "threshold_sigma", "repeated"),
-    # Where it enters: slack force by degree of freedom, or activation by muscle, in `unit`.
-    "enters": ("kind", "name", "phase_percent", "effect", "threshold", "unit"),
-    # Observables of each task: recorded mean, nominal model, model with the effect, floor band.
-    "overlay": (
-        "task",
-        "channel",
-        "phase_percent",
-        "recorded",
-        "nominal",
-        "with_effect",
-        "floor_low",
-        "floor_high",
-        "unit",
-    ),
-    # The gap, the best signature and what it leaves, on one scale.
-    "signature": ("channel", "phase_percent", "residual_sigma", "signature_sigma", "rest_sigma"),
-    # Probability that these trials tell two effects apart.
-    "isolability": ("label_a", "label_b", "p_apart"),
-    # Amplitude of the best effect, fitted to each task alone.
-    "amplitude": ("task", "parameter", "value", "low", "high", "unit"),
-    # How much of its predicted change each effect of a cause makes in a channel of this person.
-    "factors": ("label", "effect", "channel", "factor"),
-    # What disappears on held-out trials without a cause: black box, placebos.
-    "controls": ("name", "shrinkage"),
-    # One row per cell of the robustness grid.
-    "robustness": ("cell", "verdict", "agrees"),
-    # Firmness with which the person keeps a movement, share of what sessions are assumed to change,
-    # and signature error, all the most probable.
-    "errors": ("error", "value"),
-    # What simple methods name as the cause.
-    "baselines": ("method", "label"),
+
+class ShowsRow(NamedTuple):
+    """Where the gap shows: z value of a channel and phase, threshold of the whole map.
+
+    `repeated`: whether both halves of the test trials have the region that the point belongs to;
+    None outside of regions, and where a task has too few trials for two halves.
+    """
+
+    channel: str
+    phase_percent: float
+    effect_sigma: float
+    threshold_sigma: float
+    repeated: bool | None
+
+
+class EntersRow(NamedTuple):
+    """Where it enters: generalised force by degree of freedom, or error by EMG channel."""
+
+    kind: str
+    name: str
+    phase_percent: float
+    effect: float
+    threshold: float
+    unit: str
+
+
+class OverlayRow(NamedTuple):
+    """Mean difference in a task: recorded, by the most probable effect, 95 % without any effect.
+
+    `compared_with` is one of `COMPARED_WITH`.
+    """
+
+    task: str
+    channel: str
+    phase_percent: float
+    difference: float
+    with_effect: float
+    floor_low: float
+    floor_high: float
+    unit: str
+    compared_with: str
+
+
+class SignatureRow(NamedTuple):
+    """The gap, the best signature and what it leaves, on one scale."""
+
+    channel: str
+    phase_percent: float
+    residual_sigma: float
+    signature_sigma: float
+    rest_sigma: float
+
+
+class IsolabilityRow(NamedTuple):
+    """Probability that these trials tell two effects apart."""
+
+    label_a: str
+    label_b: str
+    p_apart: float
+
+
+class AmplitudeRow(NamedTuple):
+    """Amplitude of the best effect, fitted to one task alone, with its 95 % interval."""
+
+    task: str
+    parameter: str
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class FactorsRow(NamedTuple):
+    """How much of its predicted change an effect of a cause makes in a channel of this person."""
+
+    label: str
+    effect: str
+    channel: str
+    factor: float
+
+
+class ControlsRow(NamedTuple):
+    """What disappears on held-out trials without a cause: black box, placebos."""
+
+    name: str
+    shrinkage: float
+
+
+class RobustnessRow(NamedTuple):
+    """The verdict of one cell of the robustness grid."""
+
+    cell: str
+    verdict: str
+    agrees: bool
+
+
+class ErrorsRow(NamedTuple):
+    """What is most probable of the person and the errors.
+
+    Firmness with which the person keeps a movement, share of what sessions are assumed to change,
+    signature error.
+    """
+
+    error: str
+    value: float
+
+
+class BaselinesRow(NamedTuple):
+    """What a simple method names as the cause."""
+
+    method: str
+    label: str
+
+
+# Rows of each table; `phase_percent` runs from 0 to 100 over the movement.
+ROWS: dict[str, type[NamedTuple]] = {
+    "shows": ShowsRow,
+    "enters": EntersRow,
+    "overlay": OverlayRow,
+    "signature": SignatureRow,
+    "isolability": IsolabilityRow,
+    "amplitude": AmplitudeRow,
+    "factors": FactorsRow,
+    "controls": ControlsRow,
+    "robustness": RobustnessRow,
+    "errors": ErrorsRow,
+    "baselines": BaselinesRow,
 }
+TABLES: dict[str, tuple[str, ...]] = {name: row._fields for name, row in ROWS.items()}
+
+
+def table_of(kind: type[Row], rows: Iterable[Row]) -> pd.DataFrame:
+    """A table with one column per field of its rows, in their order."""
+    return pd.DataFrame(list(rows), columns=list(kind._fields))
 
 
 def check_curves(curves: Mapping[str, pd.DataFrame]) -> None:

@@ -268,8 +268,12 @@ def _share_left(left: float, whole: float, least: float) -> float:
     return max(left - least, 0.0) / max(whole - least, 1e-9)
 
 
-def conformal_set(found: Posterior) -> tuple[str, ...]:
-    """The most probable answers that together reach 90 %."""
+def credible_set(found: Posterior) -> tuple[str, ...]:
+    """The most probable answers that together reach 90 % of the posterior probability.
+
+    A credible set: nothing outside of the model of the case vouches for how often it holds the
+    truth, which the score card of blind cases measures.
+    """
     every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
     ordered = sorted(every, key=lambda label: -every[label])
     total = np.cumsum([every[label] for label in ordered])

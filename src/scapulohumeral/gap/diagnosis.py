@@ -12,9 +12,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from scapulohumeral.gap import bank as null_bank
 from scapulohumeral.gap import decide
@@ -28,6 +28,13 @@ from scapulohumeral.gap.attribute import (
 )
 from scapulohumeral.gap.baselines import baseline_labels
 from scapulohumeral.gap.case import Case
+from scapulohumeral.gap.curves import (
+    BaselinesRow,
+    ControlsRow,
+    ErrorsRow,
+    RobustnessRow,
+    table_of,
+)
 from scapulohumeral.gap.evidence import Evidence
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.gather import gather
@@ -36,7 +43,7 @@ from scapulohumeral.gap.locate import Presence, Shows, presence, shows
 from scapulohumeral.gap.no_cost import no_cost
 from scapulohumeral.gap.participant_model import ParticipantModel
 from scapulohumeral.gap.records import Records, read_records
-from scapulohumeral.gap.regions import entered_regions, shown_regions
+from scapulohumeral.gap.regions import EnteringCurve, entered_regions, shown_regions
 from scapulohumeral.gap.result import (
     NO_GAP,
     NONE,
@@ -45,26 +52,22 @@ from scapulohumeral.gap.result import (
     Regions,
     Robustness,
     Shrinkage,
-    Size,
     Status,
     describe_inputs,
 )
 from scapulohumeral.gap.rivals import fit_all
-from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.shrinkage import controls, shrinkage
+from scapulohumeral.gap.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.tables import (
     amplitude_table,
     enters_table,
     factors_table,
     isolability_table,
     overlay_table,
-    plain_tables,
     shows_table,
     signature_table,
 )
-from scapulohumeral.provenance import SOURCE_ROOT
-
-__all__ = ["diagnose", "read_settings"]
 
 log = logging.getLogger(__name__)
 
@@ -88,7 +91,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     Parameters
     ----------
     case : trials; model : nominal model of the participant
-    settings : see :func:`read_settings`
+    settings : see `settings.read_settings`
 
     Raises
     ------
@@ -101,7 +104,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS
     if settings.view == "tracking":
-        bank, reason = null_bank.read_bank(_bank_path(settings), settings)
+        bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
     kind = mode, bool(case.channels), case.has_contact
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
@@ -120,7 +123,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     return replace(
         answer,
         hashes={"null_bank": None if bank is None else bank.hash},
-        curves={**answer.curves, **plain_tables({"baselines": rows})},
+        curves={**answer.curves, "baselines": table_of(BaselinesRow, rows)},
     )
 
 
@@ -130,10 +133,6 @@ def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> Gap
         return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
     return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))
-
-
-def _bank_path(settings: GapSettings) -> Path:
-    return SOURCE_ROOT.parent / "config" / settings.null_bank
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,12 +197,17 @@ def _answer(
     reducible = judged.squares.whole, black_box_left(c, evidence.boxes.columns)
     causes = decide.candidates(fits, p, groups, agreement, reducible, temperature)
     robust, variants = _robustness(evidence, judged, present)
-    shows_, enters, rows = _regions(case, records, evidence, found, present)
+    gap = _gap(evidence, is_there, fits, records, case.seed)
+    halves = _halves(evidence)
+    regions, entering = _regions(case, evidence, found, halves, present)
     status, why = _status(robust, present)
-    cost, without_cause = None, []
+    cost: Shrinkage | None = None
+    without_cause: list[ControlsRow] = []
     if present:
         cost = shrinkage(best, c, evidence.trials, error, case.seed)
         without_cause = controls(c, evidence.trials, evidence.boxes, error, case.seed)
+    if gap.size.ci95 is None:
+        warnings.append(NO_INTERVAL)
     warnings += _remarks(records, present and not found.standing_out, cost)
     splitting = {e.label: e.splitting for e in evidence.effects}
     return Diagnosis(
@@ -211,12 +215,12 @@ def _answer(
         status_reason=why,
         mode=case.mode,
         inputs=describe_inputs(case),
-        gap=_gap(evidence, is_there, fits, records),
-        regions=Regions(shows_, enters),
+        gap=gap,
+        regions=regions,
         candidates=causes,
         none_p=p.none,
         no_gap_p=p.no_gap,
-        set90=decide.conformal_set(p),
+        set90=decide.credible_set(p),
         classes=decide.effect_classes(groups, p, splitting),
         shrinkage=cost,
         next_trial=(
@@ -224,27 +228,29 @@ def _answer(
             if present and groups
             else None
         ),
-        hint=decide.hint(causes, p, enters) if present else None,
+        hint=decide.hint(causes, p, regions.enters) if present else None,
         untestable=untestable(evidence.effects),
         robustness=robust,
         warnings=tuple(warnings),
         curves={
-            "shows": shows_table(c, found),
-            "enters": enters_table(rows),
-            "overlay": overlay_table(c, best),
-            "signature": signature_table(c, best),
-            "isolability": isolability_table(judged.likely, judged.apart),
-            "amplitude": amplitude_table(best, judged.by_task),
-            **plain_tables(
-                {
-                    "robustness": variants,
-                    "errors": _errors(evidence, best),
-                    "controls": without_cause,
-                }
-            ),
-            "factors": factors_table(c, fits, error),
+            "shows": shows_table(c, found, halves if present else ()),
+            "enters": enters_table(entering),
+            **_tables_of_causes(evidence, judged),
+            **_only_with_a_gap(variants, without_cause),
         },
     )
+
+
+def _tables_of_causes(evidence: Evidence, judged: _Judged) -> dict[str, pd.DataFrame]:
+    c, best = evidence.comparison, judged.best
+    return {
+        "overlay": overlay_table(c, best, evidence.referenced),
+        "signature": signature_table(c, best),
+        "isolability": isolability_table(judged.likely, judged.apart),
+        "amplitude": amplitude_table(best, judged.by_task),
+        "factors": factors_table(c, judged.fits, evidence.settings.signature_error),
+        "errors": table_of(ErrorsRow, _errors(evidence, best)),
+    }
 
 
 def _remarks(records: Records, spread_thinly: bool, cost: Shrinkage | None) -> list[str]:
@@ -279,13 +285,24 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
     return remarks
 
 
-def _errors(evidence: Evidence, best: Fit) -> list[tuple[str, float]]:
+def _errors(evidence: Evidence, best: Fit) -> list[ErrorsRow]:
     """What was found most probable of the person and of the errors that are assumed."""
     return [
-        ("firmness", best.hypothesis.firmness),
-        ("session_share", evidence.session_share),
-        ("signature_error", evidence.settings.signature_error),
+        ErrorsRow(error="firmness", value=best.hypothesis.firmness),
+        ErrorsRow(error="session_share", value=evidence.session_share),
+        ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
     ]
+
+
+def _only_with_a_gap(
+    variants: Sequence[RobustnessRow], without_cause: Sequence[ControlsRow]
+) -> dict[str, pd.DataFrame]:
+    """Tables of what is computed only if there is a gap; those without rows are left out."""
+    tables = {
+        "robustness": table_of(RobustnessRow, variants),
+        "controls": table_of(ControlsRow, without_cause),
+    }
+    return {name: table for name, table in tables.items() if len(table)}
 
 
 def _posterior(
@@ -305,28 +322,35 @@ def _posterior(
 
 def _regions(
     case: Case,
-    records: Records,
     evidence: Evidence,
     found: Shows,
+    halves: Sequence[np.ndarray],
     present: bool,
-) -> tuple:
-    """Both maps, and the rows of the curves of the second; regions only if there is a gap."""
-    c = evidence.comparison
+) -> tuple[Regions, list[EnteringCurve]]:
+    """Both maps, and the curves of the second; regions only if there is a gap."""
+    c, alpha = evidence.comparison, evidence.settings.alpha
+    enters, entering = entered_regions(c, evidence.boxes, halves, alpha, case.seed)
+    if not present:
+        return Regions(), entering
+    return Regions(shown_regions(found, c, halves), enters), entering
+
+
+def _halves(evidence: Evidence) -> list[np.ndarray]:
+    """Differences (D,) of two halves of the test trials; fewer if a task has but one trial."""
     halves = []
     for part in (0, 1):
         chosen = [
             [t.comparison.delta for t in evidence.trials if t.task == task][part::2]
-            for task in c.tasks
+            for task in evidence.comparison.tasks
         ]
         if all(chosen):
             halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
-    enters, rows = entered_regions(c, evidence.boxes, halves, evidence.settings.alpha, case.seed)
-    if not present:
-        return (), (), rows
-    return shown_regions(found, c, halves), enters, rows
+    return halves
 
 
-def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records) -> Gap:
+def _gap(
+    evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records, seed: int
+) -> Gap:
     c = evidence.comparison
     emg = (
         [
@@ -344,7 +368,7 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
         value=is_there.value,
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
-        size=Size(is_there.value, (max(is_there.value - 1.96, 0.0), is_there.value + 1.96)),
+        size=gap_size(c, sides(c, records), seed),
         no_cost=no_cost(evidence.responses, emg, records.recorder),
         smallest_detectable=decide.smallest_detectable(fits, c, families),
     )
@@ -352,7 +376,7 @@ def _gap(evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: R
 
 def _robustness(
     evidence: Evidence, judged: _Judged, present: bool
-) -> tuple[Robustness | None, list[tuple[str, str, bool]]]:
+) -> tuple[Robustness | None, list[RobustnessRow]]:
     """Whether the winning family stays, with other errors and without single tasks.
 
     Every effect is fitted anew where it was linearised last, which costs no solve.
@@ -376,8 +400,9 @@ def _robustness(
         squares = _squares(variant, judged.squares.excess)
         [first] = decide.most_probable(again, *weighing, squares, 1)
         [winner] = first.hypothesis.effects
-        rows.append((name, winner.label, (winner.side, winner.family) in family))
-    return Robustness(len(rows), sum(agrees for _, _, agrees in rows)), rows
+        agrees = (winner.side, winner.family) in family
+        rows.append(RobustnessRow(cell=name, verdict=winner.label, agrees=agrees))
+    return Robustness(len(rows), sum(row.agrees for row in rows)), rows
 
 
 def _status(robust: Robustness | None, present: bool) -> tuple[Status, str]:

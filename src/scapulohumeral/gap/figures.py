@@ -5,27 +5,30 @@ Readable without colour: sign and significance are also told by marks, hatches a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from scapulohumeral.gap.curves import MODEL, REFERENCE
 from scapulohumeral.gap.result import JOIN, NO_GAP, NONE, Diagnosis, Shrinkage
 from scapulohumeral.report.svg import COLOURS, LETTERS_PER_INCH, Drawing, Picture, styled
 
 # Orange to purple: told apart by colour-blind people, symmetric about white.
 DIVERGING = "PuOr_r"
 DARK, GREY = "#333333", "#9a9a9a"
+CIRCLES = "In a circle: not found in both halves of the test trials."
+NO_HALVES = "There are too few test trials to look for it in two halves of them."
 WORDS = {NONE: "none of the known effects", NO_GAP: "no gap"}
-# Panels of recorded against simulated curves; the others are in the table.
+# Panels of differences; the others are in the table.
 MOST_PANELS = 9
 CURVES = {
-    "recorded": {"color": COLOURS["recorded"], "linewidth": 3.5, "alpha": 0.7},
-    "nominal": {"color": COLOURS["quaternion"], "linewidth": 1.3, "linestyle": (0, (4, 2))},
+    "difference": {"color": COLOURS["recorded"], "linewidth": 3.5, "alpha": 0.7},
+    "no_effect": {"color": COLOURS["quaternion"], "linewidth": 1.3, "linestyle": (0, (4, 2))},
     "with_effect": {"color": COLOURS["euler"], "linewidth": 1.4},
 }
-NAMES = {"recorded": "recorded", "nominal": "model", "with_effect": "model with the effect"}
+DIFFERENCES = {REFERENCE: "test minus reference trials", MODEL: "recorded minus model"}
 SPLITS = {
     "in_sample": "trials fitted to",
     "held_out_trial": "trials left out",
@@ -59,22 +62,24 @@ def figures(diagnosis: Diagnosis) -> dict[str, Picture]:
 
 @styled
 def shows_figure(table: pd.DataFrame) -> Picture:
-    """Heat map channel by phase [sigma], hatched below the threshold, pale if not repeated."""
+    """Heat map channel by phase [sigma], hatched below the threshold, marked if not repeated."""
     drawing = Drawing(1, 1, (8.0, 0.6 + 0.22 * table["channel"].nunique()))
     table = table.assign(below=table["effect_sigma"].abs() < table["threshold_sigma"])
     _heat_map(drawing, table, "channel", "effect_sigma", "gap [σ]")
-    _marks(drawing.panels(1)[0], table)
+    above = _peaks(table)
+    _marks(drawing.panels(1)[0], above)
+    known = all(pd.notna(peak["repeated"]) for peak in above.values())
     return drawing.finish(
         "gap_shows",
         "Where the gap shows: mean difference of each channel over its standard error. Hatched: "
-        "below the threshold. Circles: above it, but not found again in the other half of the "
-        "repeats. + and − give the sign.",
+        "below the threshold. + and − give the sign of what is above it. "
+        f"{CIRCLES if known else NO_HALVES}",
     )
 
 
 @styled
 def enters_figure(table: pd.DataFrame) -> Picture:
-    """Heat map of what is missing by degree of freedom or muscle, one panel per unit."""
+    """Heat map of what is missing by degree of freedom or EMG channel, one panel per unit."""
     units = list(table["unit"].unique())
     drawing = Drawing(len(units), 1, (8.0, 0.9 * len(units) + 0.22 * table["name"].nunique()))
     for row, unit in enumerate(units):
@@ -83,8 +88,8 @@ def enters_figure(table: pd.DataFrame) -> Picture:
         _heat_map(drawing, part, "name", "effect", f"missing [{unit}]", row)
     return drawing.finish(
         "gap_enters",
-        "Where the gap enters: generalised force or activation that the model lacks to move as "
-        "recorded. Hatched: below the threshold.",
+        "Where the gap enters: generalised forces and errors of EMG channels that would explain "
+        "the difference. Hatched: below the threshold.",
     )
 
 
@@ -120,41 +125,56 @@ def _heat_map(
     drawing.figure.colorbar(image, ax=axes)
 
 
-def _marks(axes: Axes, table: pd.DataFrame) -> None:
-    """Sign of each channel at its peak, if above the threshold; in a circle if not repeated."""
-    for i, (_, part) in enumerate(table.groupby("channel", sort=False)):
-        peak = part.iloc[int(np.argmax(part["effect_sigma"].abs()))]
-        if not peak["below"]:
-            sign = "+" if peak["effect_sigma"] > 0 else "−"
-            circle = {"boxstyle": "circle,pad=0.1", "fc": "white"}
-            circle["ec"] = "none" if peak["repeated"] else DARK
-            place = np.clip(peak["phase_percent"], 2.0, 98.0)
-            axes.text(place, i, sign, ha="center", va="center", bbox=circle)
+def _peaks(table: pd.DataFrame) -> dict[int, pd.Series]:
+    """Row of the peak of each channel that is above the threshold, by the channel's number."""
+    parts = (part for _, part in table.groupby("channel", sort=False))
+    peaks = {
+        i: part.iloc[int(np.argmax(part["effect_sigma"].abs()))] for i, part in enumerate(parts)
+    }
+    return {i: peak for i, peak in peaks.items() if not peak["below"]}
+
+
+def _marks(axes: Axes, peaks: Mapping[int, pd.Series]) -> None:
+    """Sign at the peaks; in a circle if it is known that they are not repeated."""
+    for i, peak in peaks.items():
+        sign = "+" if peak["effect_sigma"] > 0 else "−"
+        circle = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": "none"}
+        if pd.notna(peak["repeated"]) and not peak["repeated"]:
+            circle["ec"] = DARK
+        place = np.clip(peak["phase_percent"], 2.0, 98.0)
+        axes.text(place, i, sign, ha="center", va="center", bbox=circle)
 
 
 @styled
 def overlay_figure(table: pd.DataFrame) -> Picture:
-    """Recorded, nominal and corrected curves of the channels that gap most, with the floor."""
-    gap = (table["recorded"] - table["nominal"]).abs()
-    spread = (table["floor_high"] - table["floor_low"]).abs().clip(lower=1e-9)
+    """Difference recorded and predicted, in the channels that gap most, with the floor."""
+    [compared_with] = table["compared_with"].unique()
+    names = {
+        "difference": DIFFERENCES[compared_with],
+        "no_effect": "no effect",
+        "with_effect": "most probable effect",
+    }
+    gap, spread = table["difference"].abs(), (table["floor_high"] - table["floor_low"]).abs()
     keys = [table["task"], table["channel"]]
-    worst = (gap / spread).groupby(keys, sort=False).max().nlargest(MOST_PANELS).index
+    ratio = gap / spread.clip(lower=1e-9)
+    worst = ratio.groupby(keys, sort=False).max().nlargest(MOST_PANELS).index
     rows = -(-len(worst) // 3)
     drawing = Drawing(rows, 3, (9.0, 2.1 * rows))
     for axes, (task, channel) in zip(drawing.panels(len(worst)), worst, strict=True):
-        part = table[(table["task"] == task) & (table["channel"] == channel)]
+        part = table[(table["task"] == task) & (table["channel"] == channel)].assign(no_effect=0.0)
         axes.set_title(f"{task}, {channel}", loc="left")
         phase = part["phase_percent"].to_numpy(float)
         axes.fill_between(phase, part["floor_low"], part["floor_high"], color="#e6e6e6")
         for name, line in CURVES.items():
-            drawing.curve(axes, NAMES[name], phase, part[name].to_numpy(float), **line)
+            drawing.curve(axes, names[name], phase, part[name].to_numpy(float), **line)
         axes.set_ylabel(part["unit"].iloc[0])
         axes.set_xlabel("movement [%]")
-    drawing.legend({NAMES[name]: line for name, line in CURVES.items()})
+    drawing.legend({names[name]: line for name, line in CURVES.items()})
     return drawing.finish(
         "overlay",
-        "Recorded curves, the model, and the model with the most probable effect, in the channels "
-        "with the largest gap over the floor. Grey band: what repeats of the same person show.",
+        f"Mean difference, {names['difference']}, and what the most probable effect predicts of "
+        "it, in the channels where it is largest over the floor. Grey band: 95 % of the "
+        "differences without any effect.",
     )
 
 

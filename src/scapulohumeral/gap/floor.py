@@ -44,8 +44,8 @@ class Noise:
 
     @property
     def source(self) -> str:
-        """Where it comes from: "repeats", or "bank" for prior knowledge alone."""
-        return "repeats" if self.degrees > 0 else "bank"
+        """Where it comes from: "repeats", or "configuration" for its section `gap.noise` alone."""
+        return "repeats" if self.degrees > 0 else "configuration"
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,7 @@ from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.sensitivity import Variant, variant
 from scapulohumeral.ocp.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import Collocation, muscle_patterns
+from scapulohumeral.stages.joint_loading import superior_inferior_share
 
 BARRIER = 1e-5
 TOLERANCE = 1e-6
@@ -298,6 +299,7 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         activation=w["activation"] * (1.0 - EXCITATION_EFFORT),
         stability=w["stability"],
         regularisation=w["regularisation"],
+        reaction_rate=w["reaction_rate"],
         excitation_rate=w["excitation_rate"],
         quaternion_norm=w["quaternion_norm"],
         emg=w["activation"],
@@ -313,6 +315,7 @@ def movement(model: ParticipantModel, observed: Observed, settings: GapSettings)
         weights=weights,
         step=observed.duration_s / (len(angles) - 1),
         glenoid=(float(body.glenoid_rad[0]), float(body.glenoid_rad[1])),
+        superior_inferior_share=superior_inferior_share(model.record),
         activity=np.ones(len(angles)),
         emg=drive.term(body.effort),
     )

@@ -27,7 +27,6 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from scapulohumeral.ocp.objective import Trajectory
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 
 KINEMATIC_CHANNELS = (
     *(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"),
@@ -90,7 +89,7 @@ def predicted(
     """What would be recorded of a solution; electrodes (C, M) average excitations."""
     emg = x.e @ electrodes.T if channels else None
     # The unknown reaction is the force of the glenoid on the humerus.
-    force = -REACTION_UNIT_N * x.reaction if contact else None
+    force = -x.reaction if contact else None
     return Observed(duration_s, x.q, channels, emg, force)
 
 

@@ -41,6 +41,8 @@ from scapulohumeral.model.tables import read_tables
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
 
+# Like all files of the study these lie in its folder, wherever the configuration file does.
+MODEL_TABLES = provenance.CONFIG_FOLDER / "model"
 FORMULATION = "quaternion"
 OPENSIM_STAGE = "scapulohumeral.gap.opensim_stage"
 # Name of the participant in its cached model: the real one must not influence anything.
@@ -58,10 +60,9 @@ class ModelSettings:
     geometry: Mapping[str, Any]
 
     @staticmethod
-    def of(config: Mapping[str, Any], file: Path) -> ModelSettings:
-        """Those of a configuration read from a file, whose section `gap` may fit fewer poses."""
-        geometry = {**config["geometry"], **config["gap"].get("geometry", {})}
-        return ModelSettings(file.parent / "model", geometry)
+    def of(config: Mapping[str, Any]) -> ModelSettings:
+        """Those of a configuration, whose section `gap` fits fewer poses."""
+        return ModelSettings(MODEL_TABLES, {**config["geometry"], **config["gap"]["geometry"]})
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,16 @@ REPEATED_SIGMA = 1.64
 POINTWISE_SIGMA = 1.96
 
 
+class EnteringCurve(NamedTuple):
+    """A curve (N,) of what may enter, in `unit` (N m or fraction of MVC), and its threshold."""
+
+    kind: str
+    name: str
+    curve: np.ndarray
+    threshold: float
+    unit: str
+
+
 def shown_regions(
     found: Shows, comparison: Comparison, halves: Sequence[np.ndarray]
 ) -> tuple[Shown, ...]:
@@ -38,12 +49,11 @@ def shown_regions(
     found, comparison : map and difference
     halves : (D,) differences of two halves of the test trials, fewer with one trial
     """
-    split = [z_values(comparison, half)[0] / np.sqrt(2.0) for half in halves]
-    threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
+    split = _split(comparison, halves)
     regions = []
     for k, channel in enumerate(comparison.channels):
         sigma = found.sigma[:, k]
-        for run in _runs(sigma, threshold):
+        for run in _shown_runs(found, k):
             peak = _peak(sigma, run)
             regions.append(
                 Shown(
@@ -62,13 +72,31 @@ def shown_regions(
     return _shared(regions)
 
 
+def repeated_points(
+    found: Shows, comparison: Comparison, halves: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Whether the region that a point belongs to is found in both halves, (N, K) of objects.
+
+    None outside of regions, and everywhere without two halves. Arguments are those of
+    :func:`shown_regions`, whose regions they are.
+    """
+    split = _split(comparison, halves)
+    points = np.full(found.sigma.shape, None, dtype=object)
+    for k in range(len(comparison.channels)):
+        sigma = found.sigma[:, k]
+        for run in _shown_runs(found, k):
+            peak = sigma[_peak(sigma, run)]
+            points[run, k] = _repeated(peak, [half[run, k] for half in split])
+    return points
+
+
 def entered_regions(
     comparison: Comparison,
     boxes: Disturbances,
     halves: Sequence[np.ndarray],
     alpha: float,
     seed: int,
-) -> tuple[tuple[Entered, ...], list[tuple[str, str, np.ndarray, float, str]]]:
+) -> tuple[tuple[Entered, ...], list[EnteringCurve]]:
     """Generalised forces and EMG errors that explain the difference, and the map behind them.
 
     Parameters
@@ -80,7 +108,7 @@ def entered_regions(
     Returns
     -------
     regions
-    rows : kind, name, curve (N,) [N m or fraction of MVC], threshold on it, unit
+    rows : the map
     """
     gain = most_probable(comparison, boxes.columns)
     estimate = gain @ comparison.whiten(comparison.delta)
@@ -96,20 +124,28 @@ def entered_regions(
     ]
     largest = np.max(np.abs(null) / spread[..., None], axis=(0, 1))
     threshold = float(np.quantile(largest, 1.0 - alpha))
-    regions, rows = [], []
-    for i, (kind, name) in enumerate(boxes.names):
-        unit = "N m" if kind == "dof" else "fraction_of_mvc"
-        sigma = curves[i] / spread[i]
-        rows.append((kind, name, curves[i], threshold * float(spread[i].mean()), unit))
+    rows = [
+        EnteringCurve(
+            kind=kind,
+            name=name,
+            curve=curves[i],
+            threshold=threshold * float(spread[i].mean()),
+            unit="N m" if kind == "dof" else "fraction_of_mvc",
+        )
+        for i, (kind, name) in enumerate(boxes.names)
+    ]
+    regions = []
+    for i, row in enumerate(rows):
+        sigma = row.curve / spread[i]
         for run in _runs(sigma, threshold):
             peak = _peak(sigma, run)
             regions.append(
                 Entered(
-                    kind=kind,
-                    name=name,
+                    kind=row.kind,
+                    name=row.name,
                     phase_percent=_percent(run, len(sigma)),
-                    effect=float(curves[i][peak]),
-                    unit=unit,
+                    effect=float(row.curve[peak]),
+                    unit=row.unit,
                     p_value=float((1 + np.sum(largest >= np.abs(sigma[peak]))) / (1 + DRAWS)),
                     share=float(np.sum(sigma[run] ** 2)),
                     repeated=_repeated(sigma[peak], [half[i, run] for half in split]),
@@ -122,6 +158,17 @@ def _mean_curves(values: np.ndarray, boxes: Disturbances, tasks: int) -> np.ndar
     """Curves (names, N, draws) of disturbances (S, draws), averaged over tasks."""
     mean = values.reshape(tasks, len(boxes.names), SMOOTH, -1).mean(axis=0)
     return np.stack([shape @ part for shape, part in zip(boxes.shapes, mean, strict=True)])
+
+
+def _split(comparison: Comparison, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """z values (N, K) of each half, whose mean over trials is less certain than that of all."""
+    return [z_values(comparison, half)[0] / np.sqrt(2.0) for half in halves]
+
+
+def _shown_runs(found: Shows, channel: int) -> list[slice]:
+    """Runs of nodes of a channel that are regions."""
+    threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
+    return _runs(found.sigma[:, channel], threshold)
 
 
 def _runs(sigma: np.ndarray, threshold: float) -> list[slice]:
@@ -137,9 +184,14 @@ def _peak(sigma: np.ndarray, run: slice) -> int:
     return run.start + int(np.argmax(np.abs(sigma[run])))
 
 
-def _repeated(peak: float, halves: Sequence[np.ndarray]) -> bool:
-    """Whether both halves of the trials have the sign of a peak over all of its run."""
-    return len(halves) == 2 and all(np.sign(peak) * half.mean() > REPEATED_SIGMA for half in halves)
+def _repeated(peak: float, halves: Sequence[np.ndarray]) -> bool | None:
+    """Whether both halves of the trials have the sign of a peak over all of its run.
+
+    None without two halves.
+    """
+    if len(halves) != 2:
+        return None
+    return all(bool(np.sign(peak) * half.mean() > REPEATED_SIGMA) for half in halves)
 
 
 def _percent(run: slice, nodes: int) -> tuple[float, float]:

@@ -46,6 +46,7 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {"number": number, "interval": interval, "percent": percent}
+    environment.filters["yes_or_no"] = yes_or_no
     return environment.get_template(TEMPLATE).render(
         d=diagnosis,
         verdict=verdict(diagnosis),
@@ -175,6 +176,11 @@ def missing_data(diagnosis: Diagnosis) -> Iterator[str]:
 def number(value: float | None) -> str:
     """Three significant digits, or a dash."""
     return "–" if value is None else f"{value:.3g}"
+
+
+def yes_or_no(value: bool | None) -> str:
+    """A truth value in words, or that it is not known."""
+    return "not known" if value is None else "yes" if value else "no"
 
 
 def percent(value: float) -> str:

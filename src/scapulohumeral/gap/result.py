@@ -56,7 +56,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Size:
-    """Size of the gap in units of its noise."""
+    """Size of the gap over its noise, beyond what noise and sessions make; see module `size`."""
 
     value: float
     ci95: Interval
@@ -84,7 +84,7 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Gap:
-    """Whether there is a gap above the floor. `floor_source`: "repeats" or "bank"."""
+    """Whether there is a gap above the floor. `floor_source`: "repeats" or "configuration"."""
 
     present: bool
     p_value: float
@@ -99,7 +99,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Shown:
-    """A region where the gap shows: channel and phase interval [%]; `effect` in `unit`."""
+    """A region where the gap shows: channel and phase interval [%]; `effect` in `unit`.
+
+    `repeated`: whether both halves of the test trials have it; None with too few trials for halves.
+    """
 
     channel: str
     phase_percent: tuple[float, float]
@@ -110,12 +113,12 @@ class Shown:
     unit: str
     p_value: float
     share: float
-    repeated: bool
+    repeated: bool | None
 
 
 @dataclass(frozen=True)
 class Entered:
-    """A region where the gap enters: `kind` is "dof", "muscle" or "channel"."""
+    """A region where the gap enters: `kind` is "dof" or "channel"; `repeated` as in `Shown`."""
 
     kind: str
     name: str
@@ -124,7 +127,7 @@ class Entered:
     unit: str
     p_value: float
     share: float
-    repeated: bool
+    repeated: bool | None
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,7 @@ class NextTrial:
 
 @dataclass(frozen=True)
 class Robustness:
-    """In how many of the cells (weights, exponents) the verdict is the same."""
+    """In how many cells (signature error, noise, tasks left out) the verdict is the same."""
 
     cells: int
     agree: int

@@ -10,21 +10,22 @@ import hashlib
 import json
 import logging
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from scapulohumeral import provenance
+from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
 from scapulohumeral.gap.curves import check_curves, write_curves
+from scapulohumeral.gap.diagnosis import diagnose
 from scapulohumeral.gap.participant import find_participant, read_participant_file
 from scapulohumeral.gap.participant_model import (
+    MODEL_TABLES,
     ModelSettings,
     ParticipantModel,
     check_groups,
@@ -32,22 +33,33 @@ from scapulohumeral.gap.participant_model import (
 )
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
+from scapulohumeral.gap.settings import VIEWS, View, read_settings, sections_read
 from scapulohumeral.gap.trials import read_trials, trial_files
+from scapulohumeral.instructions import instruction_hash
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
 RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
-ENTRY = "scapulohumeral.gap.cli"
+COMMAND = "scapulohumeral.gap.cli"
+# What makes an answer of files: not the command, the page or the benchmark.
+ANSWERING = (
+    "scapulohumeral.gap.run:read_case",
+    "scapulohumeral.gap.participant_model:participant_model",
+    "scapulohumeral.gap.opensim_stage:build",
+    "scapulohumeral.gap.diagnosis:diagnose",
+)
+PACKAGE = "scapulohumeral"
 
 Config = Mapping[str, Any]
-# The inference: a case, its nominal model and the configuration give a diagnosis.
-Diagnose = Callable[[Case, ParticipantModel, Config], Diagnosis]
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the command was asked for; `participant` None: beside the test files."""
+    """What the command was asked for; `participant` None: beside the test files.
+
+    `view` says whether trials are compared with the tracked or the predicted motion.
+    """
 
     tests: tuple[Path, ...]
     references: tuple[Path, ...]
@@ -58,9 +70,10 @@ class Request:
     seed: int
     threads: int
     command: str
+    view: View = "tracking"
 
 
-def run(request: Request, diagnose: Diagnose) -> int:
+def run(request: Request) -> int:
     """Diagnose a case and write the answer into ``request.out``.
 
     Returns
@@ -73,9 +86,11 @@ def run(request: Request, diagnose: Diagnose) -> int:
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
-            config = read_config(request.config)
+            config = sections_read(read_config(request.config), *VIEWS)
+            # Contradictions are refused before a model is built.
+            read_settings(config)
             case = read_case(request, config)
-            return _answer(request, case, config, diagnose)
+            return _answer(request, case, config)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
             print(f"Refused: {error}", file=sys.stderr)
@@ -91,7 +106,7 @@ def read_case(request: Request, config: Config) -> Case:
     """
     path = request.participant or find_participant(request.tests)
     file = read_participant_file(path, config["masses"])
-    check_groups(file.participant, request.config.parent / "model")
+    check_groups(file.participant, MODEL_TABLES)
     notes: list[str] = []
     sides: list[list[GapTrial]] = []
     for files in (request.tests, request.references):
@@ -106,14 +121,14 @@ def read_case(request: Request, config: Config) -> Case:
     return case
 
 
-def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) -> int:
+def _answer(request: Request, case: Case, config: Config) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     model = None
     try:
-        settings = ModelSettings.of(config, request.config)
+        settings = ModelSettings.of(config)
         model = participant_model(case, settings, request.cache)
         log.info("model %s", model.hash)
-        diagnosis = diagnose(case, model, config)
+        diagnosis = diagnose(case, model, read_settings(config, request.view))
     except (ConfigError, DataError, ModelError):
         raise
     except Exception as error:
@@ -132,6 +147,12 @@ def _answer(request: Request, case: Case, config: Config, diagnose: Diagnose) ->
     return FAILED if diagnosis.status == "failed" else ANSWERED
 
 
+@cache
+def answering_code() -> str:
+    """Hash of the instructions that make an answer: other words in the code change nothing."""
+    return instruction_hash(ANSWERING, PACKAGE)
+
+
 def _failed(case: Case, error: Exception) -> Diagnosis:
     log.exception("failed")
     reason = f"{type(error).__name__}: {error}"
@@ -144,7 +165,7 @@ def _completed(
 ) -> Diagnosis:
     """A diagnosis with the fields that follow from the case alone."""
     hashes = {
-        "code": provenance.code_hash(ENTRY),
+        "code": answering_code(),
         "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
         "model": None if model is None else model.hash,
         "inputs": case_hash(case),
@@ -161,14 +182,6 @@ def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
     except Exception as error:
         log.exception("no report")
         print(f"No {REPORT}: {error}. {RESULT} is complete; see {LOG}.", file=sys.stderr)
-
-
-def read_config(path: Path) -> dict[str, Any]:
-    """The configuration; raises ConfigError if it cannot be read."""
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}. Name the configuration with --config.") from error
 
 
 def _clear(out: Path) -> None:

@@ -10,6 +10,7 @@ from scapulohumeral.errors import ConfigError
 
 # What the nominal model does: track all segments, or predict scapula and clavicle from the humerus.
 View = Literal["tracking", "prediction"]
+VIEWS: tuple[View, ...] = ("tracking", "prediction")
 
 
 @dataclass(frozen=True)
@@ -149,3 +150,24 @@ def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSett
             f"gap: missing or unknown key {wrong}; expected {', '.join(sorted(known))}."
         )
     return GapSettings(**section)
+
+
+def sections_read(config: Mapping[str, Any], *views: View) -> dict[str, Any]:
+    """The part of a configuration that a diagnosis depends on.
+
+    Parameters
+    ----------
+    config : the whole
+    views : what the nominal model does
+    """
+    own = config["gap"]["geometry"]
+    part: dict[str, Any] = {
+        "masses": config["masses"],
+        "geometry": {k: v for k, v in config["geometry"].items() if k not in own},
+        "weights": {view: config["weights"][view] for view in views},
+        "gap": config["gap"],
+    }
+    if "prediction" in views:
+        healthy = {"w_gh": config["prediction"]["conditions"]["healthy"]["w_gh"]}
+        part["prediction"] = {"conditions": {"healthy": healthy}}
+    return part

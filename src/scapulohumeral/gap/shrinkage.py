@@ -18,6 +18,7 @@ from functools import partial
 import numpy as np
 
 from scapulohumeral.gap.attribute import Fit, SignatureError, change_error
+from scapulohumeral.gap.curves import ControlsRow
 from scapulohumeral.gap.floor import Comparison
 from scapulohumeral.gap.locate import Disturbances, most_probable
 from scapulohumeral.gap.observe import channel_kind, channel_unit
@@ -96,7 +97,7 @@ def controls(
     boxes: Disturbances,
     relative_error: float,
     seed: int,
-) -> list[tuple[str, float]]:
+) -> list[ControlsRow]:
     """Shares that disappear on held-out trials without any cause.
 
     Smooth disturbances of every degree of freedom and channel follow any gap; a smooth random
@@ -105,7 +106,7 @@ def controls(
 
     Returns
     -------
-    name and share : of the black box and of each placebo, if there are trials to hold out
+    shares : of the black box and of each placebo, if there are trials to hold out
     """
     rng = np.random.default_rng(seed)
     forces = sum(kind == "dof" for kind, _ in boxes.names) * boxes.shapes[0].shape[1]
@@ -119,7 +120,11 @@ def controls(
         predict = partial(_scaled, change=change, relative_error=relative_error)
         found[f"placebo {i + 1}"] = _held_out(predict, comparison, trials)
     shares = {name: _share(parts, len(parts), seed) for name, parts in found.items()}
-    return [(name, share.value) for name, share in shares.items() if share is not None]
+    return [
+        ControlsRow(name=name, shrinkage=share.value)
+        for name, share in shares.items()
+        if share is not None
+    ]
 
 
 def _smooth(training: Comparison, columns: np.ndarray) -> np.ndarray:

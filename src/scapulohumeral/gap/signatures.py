@@ -264,7 +264,7 @@ class Linearised:
         """Change (n + m,) of the conditions between two motions to track, over `span`."""
         x = self.problem.trajectory(self.point.free)
         gradients = [
-            self.problem.layout.join(self.move.with_reference(angles).gradient(x))
+            self.problem.layout.join_gradient(self.move.with_reference(angles).gradient(x))
             for angles in (ahead, behind)
         ]
         column = np.zeros(self.kkt.factors.order)

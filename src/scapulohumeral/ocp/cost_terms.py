@@ -27,7 +27,7 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 
-GROUPS = ("clavicle", "scapula", "humerus", "elbow", "norm")
+GROUPS = ("clavicle", "scapula", "humerus", "elbow", "norm", "anchor")
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class PoseErrors:
             return np.hstack([angles[:, :2], *segments, angles[:, 9:]])
         ac = ac_distance * quaternion_to_matrix(pose[:, :4])[:, :, 0]
         distance = np.full((len(pose), 1), ac_distance)
-        return np.hstack([distance, ac, scapula, humerus, pose[:, 12:]])
+        return np.hstack([distance, ac, scapula, humerus, pose[:, 12:], pose[:, :4]])
 
 
 def pose_errors(name: str) -> PoseErrors:
@@ -77,12 +77,14 @@ def _product(a, b) -> list[sm.Expr]:
 
 def _quaternion_errors(formulation: Formulation) -> PoseErrors:
     """Clavicle by the position of the AC joint; scapula and humerus by the vector part of
-    Q Q_ref^-1 in the thorax frame; elbow angle; squared norms minus one."""
+    Q Q_ref^-1 in the thorax frame; elbow angle; squared norms minus one; whole orientation of the
+    clavicle, by which its ends can be anchored, with its reference in the last four parameters."""
     q = formulation.q
     sc, ac, gh = q[0:4], q[4:8], q[8:12]
     distance = sm.Symbol("distance")
     point = sm.symbols("point:3")
     ref_scapula, ref_humerus = sm.symbols("scapula:4"), sm.symbols("humerus:4")
+    ref_clavicle = sm.symbols("clavicle:4")
     ref_elbow = sm.Symbol("elbow")
     scapula = _product(sc, ac)
     humerus = _product(scapula, gh)
@@ -98,9 +100,11 @@ def _quaternion_errors(formulation: Formulation) -> PoseErrors:
         *relative(humerus, ref_humerus),
         q[12] - ref_elbow,
         *(sum(c**2 for c in quaternion) - 1 for quaternion in (sc, ac, gh)),
+        *relative(sc, ref_clavicle),
     ]
-    groups = ("clavicle",) * 3 + ("scapula",) * 3 + ("humerus",) * 3 + ("elbow",) + ("norm",) * 3
-    parameters = (distance, *point, *ref_scapula, *ref_humerus, ref_elbow)
+    sizes = zip(GROUPS, (3, 3, 3, 1, 3, 3), strict=True)
+    groups = tuple(name for name, size in sizes for _ in range(size))
+    parameters = (distance, *point, *ref_scapula, *ref_humerus, ref_elbow, *ref_clavicle)
     return PoseErrors(compile_vector(q, parameters, errors), groups)
 
 

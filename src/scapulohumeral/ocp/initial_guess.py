@@ -13,7 +13,6 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 
 EFFORT_WEIGHT = 0.5
 MOMENT_WEIGHT = 0.01  # 1/(N m): 10 N m weigh as much as 3.4 deg of rotation
@@ -41,7 +40,7 @@ def static_optimisation(
     u: np.ndarray,
     step: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Activations (N, M) and glenohumeral reactions (N, 3) [kN] for a prescribed motion.
+    """Activations (N, M) and glenohumeral reactions (N, 3) [N] for a prescribed motion.
 
     Bounded least squares at each node: the ten moments balanced as far as the muscles can, with a
     small effort term that spreads the load.
@@ -60,7 +59,7 @@ def static_optimisation(
         activation[n] = lsq_linear(matrix, target, (1e-3, 0.99), tol=1e-6).x
     tension = force.active * activation + force.passive
     reaction = np.einsum("nm,nmk->nk", tension, arms[:, :, 10:]) - load[:, 10:]
-    return activation, reaction / REACTION_UNIT_N
+    return activation, reaction
 
 
 def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -71,7 +70,7 @@ def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray)
     against that moment.
     """
     free = unpack(parameters)
-    for name in ("gravity", "joint_stiffness"):
+    for name in ("gravity", "joint_stiffness", "spring_torque"):
         free[name] = np.zeros_like(free[name])
     weightless = pack(free)
     nq = q.shape[1]

@@ -67,6 +67,7 @@ class Certificate:
     inertia : positive, negative and zero eigenvalues of the KKT matrix
     expected_inertia : that of a strict local minimum, (n, m, 0)
     active_bounds : bounds whose multiplier exceeds their slack
+    active_by_kind : the same by kind of unknown, of those that have any
     weakly_active_bounds : bounds with both below 1e-4; derivatives may be one-sided there
     smallest_slack : distance to the nearest bound
     """
@@ -76,6 +77,7 @@ class Certificate:
     inertia: tuple[int, int, int]
     expected_inertia: tuple[int, int, int]
     active_bounds: int
+    active_by_kind: dict[str, int]
     weakly_active_bounds: int
     smallest_slack: float
 
@@ -188,9 +190,22 @@ def certificate(problem: Problem, point: Start) -> Certificate:
         inertia=kkt.inertia,
         expected_inertia=(len(conditions.gradient), len(conditions.constraints), 0),
         active_bounds=int((multiplier > slack).sum()),
+        active_by_kind=_by_kind(problem, conditions),
         weakly_active_bounds=int((np.maximum(multiplier, slack) < WEAKLY_ACTIVE).sum()),
         smallest_slack=float(slack.min(initial=np.inf)),
     )
+
+
+def _by_kind(problem: Problem, conditions: _Conditions) -> dict[str, int]:
+    """Active bounds of loose unknowns by kind: x (coordinates, speeds), a, e, reaction, scaler."""
+    pairs = zip(conditions.bound_multipliers, conditions.slacks, strict=True)
+    active = np.sum([multiplier > slack for multiplier, slack in pairs], axis=0)
+    active[conditions.fixed] = 0
+    layout = problem.layout
+    table = active[: layout.trajectory_size].reshape(-1, layout.nodes)
+    counts = {kind: int(table[rows].sum()) for kind, rows in layout.rows.items()}
+    counts["scaler"] = int(active[layout.scaler_index].sum())
+    return {kind: count for kind, count in counts.items() if count}
 
 
 def _conditions(problem: Problem, point: Start) -> _Conditions:

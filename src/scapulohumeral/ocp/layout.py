@@ -8,12 +8,16 @@ Letters: N nodes, M muscles, Nq coordinates, X = Nq + 10, G groups of scaled mus
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from scapulohumeral.ocp.objective import Trajectory
+
+# Newtons per unit of a joint reaction in the free vector and of the equations that yield it. It
+# scales numbers for the solver and changes no result: weights and bounds are in newtons.
+REACTION_UNIT_N = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +29,7 @@ class Layout:
     nodes : N; coordinates : Nq; muscles : M
     inputs : row of each input trajectory, reactions x y z first, then excitations in muscle order
     scalers : position of each scaler (2, G) among opty's unknown parameters
+    reaction_unit_N : newtons per unit of a reaction in the free vector
     """
 
     nodes: int
@@ -32,6 +37,7 @@ class Layout:
     muscles: int
     inputs: np.ndarray
     scalers: np.ndarray
+    reaction_unit_N: float = REACTION_UNIT_N
 
     @property
     def trajectory_size(self) -> int:
@@ -74,7 +80,7 @@ class Layout:
             u=x[:, nq:],
             a=table[self.rows["a"]].T,
             e=table[self.rows["e"]].T,
-            reaction=table[self.rows["reaction"]].T,
+            reaction=self.reaction_unit_N * table[self.rows["reaction"]].T,
             scalers=free[self.scaler_index],
         )
 
@@ -85,6 +91,11 @@ class Layout:
         table[self.rows["x"]] = np.hstack([x.q, x.u]).T
         table[self.rows["a"]] = x.a.T
         table[self.rows["e"]] = x.e.T
-        table[self.rows["reaction"]] = x.reaction.T
+        table[self.rows["reaction"]] = x.reaction.T / self.reaction_unit_N
         free[self.scaler_index] = x.scalers
         return free
+
+    def join_gradient(self, slope: Trajectory) -> np.ndarray:
+        """Derivatives by the free vector, of those by each kind of variable (reaction: 1/N)."""
+        unit = self.reaction_unit_N
+        return self.join(replace(slope, reaction=unit**2 * slope.reaction))

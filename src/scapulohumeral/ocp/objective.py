@@ -21,7 +21,6 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 
-SUPERIOR_INFERIOR_SHARE = 0.31
 SEGMENTS = ("clavicle", "scapula", "humerus", "elbow")
 # Levenberg term of the Gauss-Newton Hessian: the tracking errors leave the axial rotation of the
 # clavicle free, and without this term the iterates swing in it.
@@ -37,31 +36,42 @@ class Weights:
     trajectory : J_traj, on clavicle, scapula, humerus and elbow alike
     activation : J_act
     stability : J_GH; 0 leaves the term out
-    regularisation : rates of speeds [rad/s^2] and, with stability, of reactions [kN/s]
+    regularisation : rates of speeds [rad/s^2]
+    reaction_rate : rates of joint reactions [N/s]; above 0, because the midpoint rule does not see
+        alternating reactions
     excitation_rate : rates of excitations [1/s]
     quaternion_norm : J_quat
     emg : J_EMG; parameters : J_pars; 0 leaves either out
     tracked : segments that J_traj follows
     guidance : share of the weight of J_traj on the segments that are not tracked, between 0 and 1;
         predictions are reached from tracking by lowering it
+    anchor : orientation of the clavicle at the first and the last node, quaternions only; 0 leaves
+        it free
     """
 
     trajectory: float = 200.0
     activation: float = 1.0
     stability: float = 0.0
     regularisation: float = 1e-3
+    reaction_rate: float = 1e-7
     excitation_rate: float = 1e-3
     quaternion_norm: float = 200.0
     emg: float = 0.0
     parameters: float = 0.0
     tracked: tuple[str, ...] = SEGMENTS
     guidance: float = 0.0
+    anchor: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse negative weights and unknown segments."""
         for name, value in vars(self).items():
             if name != "tracked" and not value >= 0:
                 raise ConfigError(f"weight {name} is {value}: it must not be negative")
+        if not self.reaction_rate > 0:
+            raise ConfigError(
+                "weight reaction_rate is 0: expected a positive number, because the equations of "
+                "motion at midpoints leave alternating joint reactions free"
+            )
         unknown = set(self.tracked) - set(SEGMENTS)
         if unknown:
             raise ConfigError(f"tracked: unknown segment(s) {', '.join(sorted(unknown))}")
@@ -69,7 +79,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Free variables by kind: q (N, Nq), u (N, 10), a (N, M), e (N, M), R (N, 3) [kN].
+    """Free variables by kind: q (N, Nq), u (N, 10), a (N, M), e (N, M), R (N, 3) [N].
 
     Scalers (2, G) multiply muscle parameters; there are none outside a calibration.
     """
@@ -114,7 +124,10 @@ class Objective:
     errors : tracking errors of the formulation; reference : (N, P) their parameters
     weights : weights of the terms; step : mesh interval [s]
     glenoid : inclination and version [rad]
+    superior_inferior_share : weight of squared shear along the superior-inferior axis, over that
+        along the anterior-posterior one, in J_GH
     activity : (N,) factor on J_traj per node, 1 by default (0 in pauses)
+    elbow_activity : (N,) the same of the elbow, None where it is no other
     emg : envelopes that J_EMG follows
     """
 
@@ -123,8 +136,10 @@ class Objective:
     weights: Weights
     step: float
     glenoid: tuple[float, float]
+    superior_inferior_share: float
     activity: np.ndarray
     emg: EmgTerm | None = None
+    elbow_activity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Refuse a weight on EMG that is not there, and EMG on another mesh."""
@@ -150,7 +165,14 @@ class Objective:
         share = {g: 1.0 if g in w.tracked else w.guidance for g in SEGMENTS}
         tracked = np.array([w.trajectory * share.get(g, 0.0) for g in groups])
         norm = np.array([w.quaternion_norm * (g == "norm") for g in groups])
-        return self._quadrature[:, None] * (self.activity[:, None] * tracked + norm)
+        activity = np.tile(self.activity[:, None], len(groups))
+        if self.elbow_activity is not None:
+            activity[:, [g == "elbow" for g in groups]] = self.elbow_activity[:, None]
+        weights = self._quadrature[:, None] * (activity * tracked + norm)
+        anchored = [g == "anchor" for g in groups]
+        # The authors weigh each end with a whole interval, whatever the rule of quadrature.
+        weights[np.ix_([0, -1], anchored)] = w.anchor * self.step
+        return weights
 
     @cached_property
     def _emg_weights(self) -> np.ndarray:
@@ -171,7 +193,7 @@ class Objective:
 
     @cached_property
     def _stability_weights(self) -> np.ndarray:
-        shares = self.weights.stability * np.array([SUPERIOR_INFERIOR_SHARE, 1.0])
+        shares = self.weights.stability * np.array([self.superior_inferior_share, 1.0])
         return self._quadrature[:, None] * shares
 
     def terms(self, x: Trajectory) -> dict[str, float]:
@@ -184,7 +206,7 @@ class Objective:
         terms["activation"] = w.activation * float(self._quadrature @ (x.a**2).sum(axis=1))
         terms["speed_rate"] = self._rate(x.u, w.regularisation)
         terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
-        terms["reaction_rate"] = self._rate(x.reaction, self._reaction_weight)
+        terms["reaction_rate"] = self._rate(x.reaction, w.reaction_rate)
         if w.stability > 0:
             ratio, _ = stability_errors().first(x.reaction, self._glenoid(x))
             terms["stability"] = float((self._stability_weights * ratio**2).sum())
@@ -202,7 +224,7 @@ class Objective:
         """Gradient with respect to each kind of variable."""
         w = self.weights
         error, jacobian = self.errors.function.first(x.q, self.reference)
-        reaction = self._rate_gradient(x.reaction, self._reaction_weight)
+        reaction = self._rate_gradient(x.reaction, w.reaction_rate)
         if w.stability > 0:
             ratio, ratio_r = stability_errors().first(x.reaction, self._glenoid(x))
             reaction += np.einsum("nk,nkr->nr", 2 * self._stability_weights * ratio, ratio_r)
@@ -244,15 +266,9 @@ class Objective:
             e=2 * self._emg_weights,
             rate_u=2 * self.weights.regularisation / self.step,
             rate_e=2 * self.weights.excitation_rate / self.step,
-            rate_reaction=2 * self._reaction_weight / self.step,
+            rate_reaction=2 * self.weights.reaction_rate / self.step,
             scalers=2 * self.weights.parameters,
         )
-
-    @property
-    def _reaction_weight(self) -> float:
-        # Per REACTION_UNIT_N, whose size matters, see there. Never left out, because the midpoint
-        # rule does not see alternating reactions.
-        return self.weights.regularisation
 
     def _glenoid(self, x: Trajectory) -> np.ndarray:
         return np.tile(self.glenoid, (len(x.q), 1))

@@ -19,8 +19,8 @@ from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import scalar_names
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.problem import REACTION_NAMES
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.lagrangian import LagrangianHessian
-from scapulohumeral.ocp.layout import Layout
+from scapulohumeral.ocp.layout import REACTION_UNIT_N, Layout
 from scapulohumeral.ocp.objective import Objective, Trajectory
 from scapulohumeral.ocp.scalers import Scalers, no_scalers
 from scapulohumeral.ocp.transcription import Collocation
@@ -35,23 +35,30 @@ HESSIANS = ("exact", "gauss-newton", "limited-memory")
 REACTION_NAMES = ("R_x", "R_y", "R_z")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bounds:
     """Bounds of the unknowns.
 
     Attributes
     ----------
     quaternion : each component; angle : Euler angles and elbow [rad]
-    speed : each speed [rad/s]; reaction : each component [kN]
+    speed : each speed [rad/s]; reaction : each component [N]
     activation : activations and excitations
+    compression : of the glenoid on the humeral head along the lateral axis of the scapula [N],
+        narrower than `reaction`; None for the same
+    coordinates : least and largest generalised coordinates (2, Nq), in place of the ends above
+    ends_at_rest : whether all speeds are zero at the first and the last node
     """
 
     quaternion: tuple[float, float] = (-1.1, 1.1)
     angle: tuple[float, float] = (-3.5, 3.5)
     elbow: tuple[float, float] = (-0.2, 2.8)
     speed: tuple[float, float] = (-40.0, 40.0)
-    reaction: tuple[float, float] = (-20.0, 20.0)
+    reaction: tuple[float, float] = (-2e4, 2e4)
     activation: tuple[float, float] = (0.0, 1.0)
+    compression: tuple[float, float] | None = None
+    coordinates: np.ndarray | None = None
+    ends_at_rest: bool = False
 
 
 @dataclass(frozen=True)
@@ -163,7 +170,13 @@ class Problem(opty.Problem):
         self.lagrangian = LagrangianHessian(
             self.collocation, hessian == "exact", quaternions, coupling
         )
-        self._prepare(_bound_map(symbols, bounds or Bounds(), scalers))
+        bounds = bounds or Bounds()
+        self._prepare(_bound_map(symbols, bounds, scalers, self.layout.reaction_unit_N))
+        if bounds.ends_at_rest:
+            speeds = self.layout.coordinates + np.arange(10)
+            ends = self.layout.index("x", speeds, np.array([0, self.layout.nodes - 1]))
+            self.lower_bound[ends] = self.upper_bound[ends] = 0.0
+            self._connect()
 
     def _prepare(self, bounds: dict[sm.Expr, tuple[float, float]]) -> None:
         """What opty's own constructor does after code generation."""
@@ -231,7 +244,7 @@ class Problem(opty.Problem):
         return self.objective_function.value(self.layout.split(free))
 
     def _gradient(self, free: np.ndarray) -> np.ndarray:
-        return self.layout.join(self.objective_function.gradient(self.layout.split(free)))
+        return self.layout.join_gradient(self.objective_function.gradient(self.layout.split(free)))
 
     def hessianstructure(self) -> tuple[np.ndarray, np.ndarray]:
         """Row and column indices of the lower triangle of the Lagrangian's Hessian."""
@@ -241,6 +254,12 @@ class Problem(opty.Problem):
         """Values of the lower triangle of the Lagrangian's Hessian."""
         blocks = self.objective_function.hessian(
             self.layout.split(free), exact=self.hessian_mode == "exact"
+        )
+        squared = self.layout.reaction_unit_N**2
+        blocks = replace(
+            blocks,
+            reaction=squared * blocks.reaction,
+            rate_reaction=squared * blocks.rate_reaction,
         )
         return self.lagrangian.values(free, blocks, obj_factor, lagrange)
 
@@ -285,23 +304,31 @@ def _layout(collocator: Collocator, symbols: Symbols, formulation: Formulation) 
         muscles=len(symbols.inputs) - len(REACTION_NAMES),
         inputs=np.array([inputs.index(s) for s in symbols.inputs]),
         scalers=np.array([parameters.index(s) for s in symbols.scalers], dtype=int).reshape(2, -1),
+        reaction_unit_N=REACTION_UNIT_N,
     )
 
 
 def _bound_map(
-    symbols: Symbols, bounds: Bounds, scalers: Scalers
+    symbols: Symbols, bounds: Bounds, scalers: Scalers, reaction_unit_N: float
 ) -> dict[sm.Expr, tuple[float, float]]:
     quaternion = any(str(s.func) == "q_SC_0" for s in symbols.states)
     limits = {
         "u": bounds.speed,
         "a": bounds.activation,
         "e": bounds.activation,
-        "R": bounds.reaction,
+        "R": (bounds.reaction[0] / reaction_unit_N, bounds.reaction[1] / reaction_unit_N),
         "q": bounds.quaternion if quaternion else bounds.angle,
     }
     groups = len(scalers.names)
     scaler_limits = [scalers.force_bounds] * groups + [scalers.fibre_bounds] * groups
-    return {
+    found = {
         s: bounds.elbow if str(s.func) == "q_EL" else limits[str(s.func)[0]]
         for s in (*symbols.states, *symbols.inputs)
     } | dict(zip(symbols.scalers, scaler_limits, strict=True))
+    if bounds.coordinates is not None:
+        boxes = bounds.coordinates.T.tolist()
+        found |= {s: (low, high) for s, (low, high) in zip(symbols.states, boxes, strict=False)}
+    if bounds.compression is not None:
+        low, high = bounds.compression
+        found[symbols.inputs[0]] = (low / reaction_unit_N, high / reaction_unit_N)
+    return found

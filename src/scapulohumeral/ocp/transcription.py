@@ -5,7 +5,7 @@ hold one equation of motion after the other over all intervals, then the instanc
 
 Letters: N nodes, I = N - 1 intervals, M muscles, Nq coordinates, X = Nq + 10, K = 13 dynamic
 equations, G groups of scaled muscles. Equations in order: Nq kinematic, 13 dynamic (three auxiliary
-ones in kN), M activation.
+ones in the layout's unit of reactions), M activation.
 """
 
 from __future__ import annotations
@@ -20,14 +20,6 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
-
-# Unit of joint reactions as unknowns, and so of their rates in J_reg.
-# ASSUME the paper gives none. The rhythm of free scapulae hangs on it, because it says how much a
-# joint force that rises and falls in every elevation costs: in units of 1000, 316 and 100 N par2's
-# is 2.4 / 4.0 / 4.2, 2.4 / 3.3 / 3.7 and 2.1 / 2.2 / 2.5 (frontal / scapular / sagittal; published
-# 1.9 / 2.1 / 2.3). Tracked motions change by less than 0.1 deg.
-REACTION_UNIT_N = 100.0
-ROW_UNITS = np.array([1.0] * 10 + [REACTION_UNIT_N] * 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +71,11 @@ class Collocation:
         """Equations of motion per interval."""
         return self.layout.coordinates + 13 + self.layout.muscles
 
+    @cached_property
+    def _row_units(self) -> np.ndarray:
+        """What the dynamic equations are divided by, (13,): reactions then count as unknowns do."""
+        return np.array([1.0] * 10 + [self.layout.reaction_unit_N] * 3)
+
     def scaled_muscles(self, x: Trajectory) -> MuscleParameters:
         """Muscle parameters with the scalers of a point put on."""
         return self.scalers.apply(self.muscles, x.scalers)
@@ -93,7 +90,7 @@ class Collocation:
         dynamic = self.forces.dynamics.residual(z, self.parameters)
         dynamic = dynamic + self.forces.generalised(mid.q, mid.u, mid.a, self.scaled_muscles(mid))
         activation = np.diff(x.a, axis=0) / self.step - activation_rate(mid.e, mid.a, self.muscles)
-        return np.hstack([kinematic, dynamic / ROW_UNITS, activation]).T.ravel()
+        return np.hstack([kinematic, dynamic / self._row_units, activation]).T.ravel()
 
     def jacobian(self, free: np.ndarray) -> np.ndarray:
         """Non-zero values in the order of :attr:`jacobian_structure`."""
@@ -104,9 +101,10 @@ class Collocation:
         d_z = dynamics.jacobian(z, self.parameters)
         d_x, d_a, d_s = self._muscle_jacobian(mid)
         d_x += d_z[:, :, : nq + 10]
-        d_x /= ROW_UNITS[:, None]
-        d_a = d_a / ROW_UNITS[:, None]
-        d_ud = d_z[:, :, nq + 10 : nq + 20] / ROW_UNITS[:, None]
+        units = self._row_units
+        d_x /= units[:, None]
+        d_a = d_a / units[:, None]
+        d_ud = d_z[:, :, nq + 10 : nq + 20] / units[:, None]
         k_q = -np.einsum("ijk,nj->nik", dynamics.kinematics_linear, mid.u)
         k_x = np.concatenate([k_q, -dynamics.rate_map(mid.q)], axis=2)
         block = np.concatenate([k_x, d_x], axis=1) / 2
@@ -128,7 +126,7 @@ class Collocation:
                 -by_e.T / 2,
             ]
         s_rows, s_groups = np.nonzero(self._s_pattern)
-        values.append((d_s / ROW_UNITS[:, None, None])[:, s_rows, :, s_groups])
+        values.append((d_s / units[:, None, None])[:, s_rows, :, s_groups])
         return np.concatenate([v.ravel() for v in values])
 
     @cached_property
@@ -175,7 +173,7 @@ class Collocation:
         nq = self.layout.coordinates
         lam = multipliers[: self.number_of_equations * (self.layout.nodes - 1)]
         lam = lam.reshape(self.number_of_equations, -1).T
-        dynamic = lam[:, nq : nq + 13] / ROW_UNITS
+        dynamic = lam[:, nq : nq + 13] / self._row_units
         h_z = self.forces.dynamics.hessian(z, dynamic, self.parameters)[:, : nq + 20, : nq + 20]
         h_x, h_a, x_s, a_s, s_s = self._muscle_curvature(mid, dynamic)
         h_z[:, : nq + 10, : nq + 10] += h_x
@@ -228,7 +226,7 @@ class Collocation:
         means = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a, x.e, x.reaction))
         mid = replace(Trajectory(*means), scalers=x.scalers)
         rate = np.diff(x.u, axis=0) / self.step
-        return mid, np.hstack([mid.q, mid.u, rate, REACTION_UNIT_N * mid.reaction])
+        return mid, np.hstack([mid.q, mid.u, rate, mid.reaction])
 
     @cached_property
     def _muscle_pattern(self) -> tuple[np.ndarray, np.ndarray]:

@@ -21,8 +21,8 @@ from scapulohumeral.report.coordination import Cases
 from scapulohumeral.report.figures import GROUP_NAMES
 from scapulohumeral.report.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.player import build_scene
-from scapulohumeral.report.population import CITATION
 from scapulohumeral.report.study import Study
+from scapulohumeral.stages.population import CITATION
 
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:

@@ -20,7 +20,7 @@ from scapulohumeral.report.prediction_figures import (
 )
 from scapulohumeral.report.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import number_or_none
-from scapulohumeral.stages.joint_loading import ANTERIOR_POSTERIOR_LIMIT, SUPERIOR_INFERIOR_LIMIT
+from scapulohumeral.stages.joint_loading import ANTERIOR_POSTERIOR_LIMIT, superior_inferior_limit
 from scapulohumeral.stages.quantities import peaks
 from scapulohumeral.stages.rhythm import rhythm_by_plane
 
@@ -89,8 +89,9 @@ def _plane_entries(about: Prediction) -> dict[str, dict[str, object]]:
 
 
 def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
+    limit = superior_inferior_limit(prediction.record)
     rim = Ellipse(
-        (0, 0), 2 * ANTERIOR_POSTERIOR_LIMIT, 2 * SUPERIOR_INFERIOR_LIMIT, facecolor="#f4efe6",
+        (0, 0), 2 * ANTERIOR_POSTERIOR_LIMIT, 2 * limit, facecolor="#f4efe6",
         edgecolor="#555555", linewidth=1.2,
     )  # fmt: skip
     axes.add_patch(rim)
@@ -101,7 +102,7 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
         times = prediction.solution.time_s[nodes]
         drawing.keep(panel, f"{plane}, superior", times, superior)
         drawing.keep(panel, f"{plane}, posterior", times, posterior)
-    reach = RANGE * SUPERIOR_INFERIOR_LIMIT
+    reach = RANGE * limit
     # From lateral the front of a right shoulder is on the right.
     axes.set_xlim(reach, -reach)
     axes.set_ylim(-reach, reach)

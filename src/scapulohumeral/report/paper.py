@@ -3,6 +3,8 @@
 Zoufaly, Chadwick, Blana, Daniel 2026, arXiv 2604.01124.
 """
 
+from scapulohumeral.stages.published_arm import NODE_S, PUBLISHED_PLANES
+
 # Root mean square errors of tracking [deg] over three participants and three planes, by
 # formulation (section on results, quaternions against Euler angles).
 TRACKING_RMSE_DEG = {
@@ -77,10 +79,8 @@ CLAVICLE_RANGE_DEG: dict[str, dict[str, tuple[float, float | None]]] = {
     "generic": {"elevation": (-8.0, 10.0), "retraction": (-45.0, None)},
 }
 
-# When the elevations of the published composite predictions begin and end [s]: the lengths of the
-# three recordings, and two equal pauses that fill the published 10.72 s.
+# When the elevations of the published composite predictions begin and end [s].
 COMPOSITE_ELEVATIONS_S = {
-    "frontal": (0.0, 3.16),
-    "scapular": (4.06, 6.98),
-    "sagittal": (7.88, 10.72),
+    plane: (NODE_S * first, NODE_S * (stop - 1))
+    for plane, (first, stop) in PUBLISHED_PLANES.items()
 }

@@ -32,9 +32,9 @@ from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.scene import SEGMENTS, MuscleLine, Scene, Surface
 from scapulohumeral.stages.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
-    SUPERIOR_INFERIOR_LIMIT,
     glenohumeral_load,
     glenoid_angles,
+    superior_inferior_limit,
 )
 
 MARKERS = (
@@ -76,7 +76,7 @@ def build_scene(
     surfaces = _surfaces(record)
     shown = slice(0, 0) if recorded else slice(None)
     reaction = solution.reaction_N[nodes] * (not recorded)
-    load = glenohumeral_load(reaction, glenoid_angles(record), record["body_mass_kg"])
+    load = glenohumeral_load(reaction, record)
     return Scene(
         label=label,
         converged=recorded or solution.header["status"] == "optimal",
@@ -175,6 +175,6 @@ def _glenoid_rim(record: Mapping[str, Any], head_radius: float) -> Array:
     """
     axes = np.array(glenoid_rotation(*map(sm.Float, glenoid_angles(record))), dtype=float)
     angle = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS, endpoint=False)
-    shear = np.outer(np.cos(angle), SUPERIOR_INFERIOR_LIMIT * axes[:, 1])
+    shear = np.outer(np.cos(angle), superior_inferior_limit(record) * axes[:, 1])
     shear += np.outer(np.sin(angle), ANTERIOR_POSTERIOR_LIMIT * axes[:, 2])
     return np.array(record["joints"]["gh1"]["location_m"]) + head_radius * (shear - axes[:, 0])

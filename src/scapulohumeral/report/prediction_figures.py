@@ -19,8 +19,8 @@ from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.figures import ANGLE_TITLES, GROUP_NAMES
 from scapulohumeral.report.kinematics import on_branch, unwrap_deg
 from scapulohumeral.report.paper import COMPOSITE_ELEVATIONS_S
-from scapulohumeral.report.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.svg import COLOURS, LINES, Drawing, Picture, styled
+from scapulohumeral.stages.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.stages.rhythm import rising_part
 from scapulohumeral.stages.segment_angles import (
     ELEVATION_COLUMN,
@@ -87,8 +87,10 @@ def tracked(prediction: Prediction) -> Curves:
 def published(cases: Cases) -> list[Curves]:
     """Curves of the published predictions of this participant, on the clock of ours."""
     curves = []
-    for name, motion in cases.published.items():
-        label, line = PUBLISHED_LINES.get(name, (f"published, {name}", PUBLISHED))
+    for name, (label, line) in PUBLISHED_LINES.items():
+        if name not in cases.published:
+            continue
+        motion = cases.published[name]
         time_s, angles = published_angles(cases, motion)
         curves.append(Curves(label, time_s, angles, line))
     return curves

@@ -9,8 +9,8 @@ import numpy as np
 from scapulohumeral.model.rotations import relative_angle
 from scapulohumeral.report.coordination import Coordination, Prediction
 from scapulohumeral.report.loading_figures import stability_rows
-from scapulohumeral.report.population import RHYTHM
 from scapulohumeral.report.tables import Table, named_rows
+from scapulohumeral.stages.population import RHYTHM
 from scapulohumeral.stages.tracking_metrics import segment_orientations
 
 

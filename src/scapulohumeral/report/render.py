@@ -7,7 +7,6 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.report import chapters, figures, solver_figures, tables
 from scapulohumeral.report.comparison import comparison
 from scapulohumeral.report.coordination_targets import coordination_verdicts
@@ -72,7 +71,6 @@ def _content(study: Study) -> dict[str, Any]:
         "conoid_N_per_m": sorted(
             {record["conoid"]["stiffness_N_per_m"] for record in study.models.values()}
         ),
-        "reaction_unit_N": REACTION_UNIT_N,
         "masses": sorted({record["masses"] for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
     }

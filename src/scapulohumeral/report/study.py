@@ -117,7 +117,7 @@ class Study:
     quality : muscle geometry, one row per participant, formulation and muscle
     equations : headers by formulation; equation_folders : where they are
     benchmarks : one row per measured job: rule, job, seconds, memory_MB
-    assumptions : comments of the source files
+    assumptions : marked in the source files
     coordination : EMG, calibration, validation and prediction
     diagnoses, blind_scores : documents of the gap diagnosis
     """

@@ -18,7 +18,6 @@ from scapulohumeral.model.rotations import make_continuous, pose_to_trial
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.posed_problem import Target
 
 KINDS = ("q", "u", "a", "e", "reaction")
@@ -32,12 +31,14 @@ class Composite:
     ----------
     time_s : (N,), from zero
     trajectory : states, excitations and reactions to start a solve from
+    reference : (N, Nq) coordinates to follow
     activity : (N,) 1 while a motion lasts, 0 in the pauses, where nothing is known
     nodes : first node and node after the last of each motion, by trial name
     """
 
     time_s: np.ndarray
     trajectory: Trajectory
+    reference: np.ndarray
     activity: np.ndarray
     nodes: Mapping[str, tuple[int, int]]
 
@@ -79,6 +80,7 @@ def compose(solutions: Sequence[Solution], step: float, pause_s: float) -> Compo
     return Composite(
         time_s=step * np.arange(count),
         trajectory=Trajectory(**joined),
+        reference=joined["q"],
         activity=np.concatenate(activity),
         nodes=nodes,
     )
@@ -93,7 +95,7 @@ def composite_target(
     """The composite motion as what a problem follows, see :class:`Target`."""
     return Target(
         time_s=composite.time_s,
-        reference_rad=pose_to_trial(composite.trajectory.q),
+        reference_rad=pose_to_trial(composite.reference),
         activity=composite.activity,
         tracked=tracked,
         guidance=guidance,
@@ -118,7 +120,7 @@ def _trajectory(solution: Solution) -> Trajectory:
         u=solution.u,
         a=solution.activation,
         e=solution.excitation,
-        reaction=solution.reaction_N / REACTION_UNIT_N,
+        reaction=solution.reaction_N,
     )
 
 

@@ -14,14 +14,12 @@ import sympy as sm
 from scipy import constants
 
 from scapulohumeral.ocp.cost_terms import glenoid_rotation
-from scapulohumeral.ocp.objective import SUPERIOR_INFERIOR_SHARE
 
 # ASSUME the rim of the glenoid is an ellipse of shear over compression: 0.32 anterior-posterior
-# and, by the paper's factor 0.31 = (anterior-posterior / superior-inferior)^2, 0.57
-# superior-inferior. Lippitt et al. 1993 (J Shoulder Elbow Surg 2:27) found that the humeral head
-# resists shear of up to 0.6 of the compression, most along the superior-inferior axis.
+# and, by the paper's factor (anterior-posterior / superior-inferior)^2, 0.57 superior-inferior.
+# Lippitt et al. 1993 (J Shoulder Elbow Surg 2:27) found that the humeral head resists shear of up
+# to 0.6 of the compression, most along the superior-inferior axis.
 ANTERIOR_POSTERIOR_LIMIT = 0.32
-SUPERIOR_INFERIOR_LIMIT = ANTERIOR_POSTERIOR_LIMIT / np.sqrt(SUPERIOR_INFERIOR_SHARE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +44,16 @@ class GlenohumeralLoad:
     eccentricity: np.ndarray
 
 
-def glenohumeral_load(
-    reaction: np.ndarray, glenoid: tuple[float, float], body_mass_kg: float
-) -> GlenohumeralLoad:
+def glenohumeral_load(reaction: np.ndarray, record: Mapping[str, Any]) -> GlenohumeralLoad:
     """Load of the glenoid from the reaction of a solution.
 
     Parameters
     ----------
     reaction : array, shape (N, 3)   force of the glenoid on the humeral head, scapula axes [N]
-    glenoid : inferior inclination and anterior version [rad], as in the objective
-    body_mass_kg : for the body weight, with standard gravity
+    record : model record: directions and rim of the glenoid, body mass; standard gravity
     """
-    axes = np.array(glenoid_rotation(*(sm.Float(angle) for angle in glenoid)), dtype=float)
+    angles = (sm.Float(angle) for angle in glenoid_angles(record))
+    axes = np.array(glenoid_rotation(*angles), dtype=float)
     # The head presses inwards and against the shear that the glenoid gives it.
     force = reaction @ axes * np.array([1.0, -1.0, -1.0])
     magnitude = np.linalg.norm(reaction, axis=1)
@@ -65,12 +61,12 @@ def glenohumeral_load(
     path = np.full((len(force), 2), np.nan)
     np.divide(force[:, 1:], force[:, :1], out=path, where=pressed)
     eccentricity = np.hypot(
-        path[:, 0] / SUPERIOR_INFERIOR_LIMIT, path[:, 1] / ANTERIOR_POSTERIOR_LIMIT
+        path[:, 0] / superior_inferior_limit(record), path[:, 1] / ANTERIOR_POSTERIOR_LIMIT
     )
     return GlenohumeralLoad(
         force=force,
         magnitude=magnitude,
-        percent_body_weight=100.0 * magnitude / (body_mass_kg * constants.g),
+        percent_body_weight=100.0 * magnitude / (record["body_mass_kg"] * constants.g),
         path=path,
         eccentricity=np.where(pressed[:, 0], eccentricity, np.inf),
     )
@@ -83,3 +79,13 @@ def glenoid_angles(record: Mapping[str, Any]) -> tuple[float, float]:
         np.deg2rad(glenoid[key]) for key in ("inferior_inclination_deg", "anterior_version_deg")
     )
     return float(inclination), float(version)
+
+
+def superior_inferior_share(record: Mapping[str, Any]) -> float:
+    """Squared shear along the superior-inferior over the anterior-posterior axis in J_GH [1]."""
+    return float(record["constants"]["glenoid"]["superior_inferior_factor"])
+
+
+def superior_inferior_limit(record: Mapping[str, Any]) -> float:
+    """Shear over compression at the upper and lower rim of the glenoid [1]."""
+    return float(ANTERIOR_POSTERIOR_LIMIT / np.sqrt(superior_inferior_share(record)))

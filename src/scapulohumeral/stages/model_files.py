@@ -13,7 +13,7 @@ from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
 from scapulohumeral.model.muscle_geometry import load_geometry
-from scapulohumeral.stages.joint_loading import glenoid_angles
+from scapulohumeral.stages.joint_loading import glenoid_angles, superior_inferior_share
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,11 @@ class ShoulderModel:
     def glenoid(self) -> tuple[float, float]:
         """Inclination and version of the glenoid [rad]."""
         return glenoid_angles(self.record)
+
+    @property
+    def superior_inferior_share(self) -> float:
+        """Weight of superior-inferior over that of anterior-posterior shear in J_GH [1]."""
+        return superior_inferior_share(self.record)
 
     def parameters(self, hand_load_kg: float = 0.0) -> np.ndarray:
         """Run-time parameters of the equations of motion, shape (P,)."""

@@ -23,11 +23,10 @@ from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
-from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, write_solution
 from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
-from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel
 from scapulohumeral.stages.tracking_metrics import tracking_metrics
 
@@ -68,6 +67,7 @@ class Target:
     tracked : segments that J_traj follows
     guidance : share of the weight of J_traj on the other segments (0: they are free)
     emg : envelopes that J_EMG follows
+    elbow_activity : (N,) as activity, of the elbow; None where it is the same
     """
 
     time_s: np.ndarray
@@ -76,6 +76,7 @@ class Target:
     tracked: tuple[str, ...] = SEGMENTS
     guidance: float = 0.0
     emg: EmgTerm | None = None
+    elbow_activity: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,7 @@ class PosedProblem:
     parameters : (P,) run-time parameters of the equations of motion
     target : what is followed
     scalers : groups of muscles with unknown parameters, or None
+    bounds : of the unknowns, or None for the usual ones
     """
 
     model: ShoulderModel
@@ -97,6 +99,7 @@ class PosedProblem:
     objective: Objective
     target: Target
     scalers: Scalers | None = None
+    bounds: Bounds | None = None
 
     def problem(self, hessian: str) -> Problem:
         """The problem with a Hessian mode."""
@@ -106,6 +109,7 @@ class PosedProblem:
             self.parameters,
             self.objective,
             hessian,
+            bounds=self.bounds,
             scalers=self.scalers,
         )
 
@@ -150,25 +154,34 @@ def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings
     """Objective of the paper with the configured weights; terms without a weight are left out."""
     name = model.forces.dynamics.name
     errors, weights = pose_errors(name), settings.weights
+    reference = errors.reference(target.reference_rad, weights["clavicle_point_m"])
+    anchored = [group == "anchor" for group in errors.groups]
+    if any(anchored):
+        # Both ends are anchored to the clavicle at the start.
+        reference[:, -4:] = reference[0, -4:]
     return Objective(
         errors=errors,
-        reference=errors.reference(target.reference_rad, weights["clavicle_point_m"]),
+        reference=reference,
         weights=Weights(
             trajectory=weights[f"trajectory_{name}"],
             activation=weights["activation"],
             stability=weights.get("stability", 0.0),
             regularisation=weights["regularisation"],
+            reaction_rate=weights["reaction_rate"],
             excitation_rate=weights["excitation_rate"],
             quaternion_norm=weights["quaternion_norm"],
             emg=weights.get("emg", 0.0) if target.emg else 0.0,
             parameters=weights.get("parameters", 0.0),
             tracked=target.tracked,
             guidance=target.guidance,
+            anchor=weights.get("clavicle_anchor", 0.0),
         ),
         step=settings.time_step_s,
         glenoid=model.glenoid,
+        superior_inferior_share=model.superior_inferior_share,
         activity=target.activity,
         emg=target.emg,
+        elbow_activity=target.elbow_activity,
     )
 
 
@@ -201,7 +214,7 @@ def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> 
         excitation=x.e,
         muscle_force_N=force.active * x.a + force.passive,
         fibre_length=fibre,
-        reaction_N=x.reaction * REACTION_UNIT_N,
+        reaction_N=x.reaction,
         angles_rad=x.q if x.q.shape[1] == len(ANGLE_NAMES) else pose_to_trial(pose_of_x),
         reference_rad=posed.target.reference_rad,
         pose=pose_of_x,

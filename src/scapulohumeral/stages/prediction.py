@@ -19,6 +19,9 @@ import numpy as np
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.rotations import pose_to_trial
+from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.kkt import certificate
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.solution import read_solution
@@ -36,8 +39,21 @@ from scapulohumeral.stages.posed_problem import (
     solve_posed,
     store,
 )
+from scapulohumeral.stages.problem_choices import (
+    ProblemChoices,
+    chosen_bounds,
+    chosen_parameters,
+    without_force,
+)
+from scapulohumeral.stages.published_arm import (
+    PUBLISHED_PLANES,
+    published_pose,
+    recorded_poses,
+    with_recorded_girdle,
+)
 
 TRACKED = ("humerus", "elbow")
+STUDY = ProblemChoices()
 
 
 @dataclass(frozen=True)
@@ -96,6 +112,7 @@ class PredictionFiles:
     calibration : scalers, or None for generic muscles
     tracked : tracking solutions in the order of the composite motion
     neighbour : solution that the prediction starts from, or None
+    arm : published composite motion whose arm is followed, or None for the tracked one
     """
 
     model: ModelFiles
@@ -103,6 +120,7 @@ class PredictionFiles:
     calibration: Path | None
     tracked: Sequence[Path]
     neighbour: Path | None = None
+    arm: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -115,12 +133,16 @@ class PredictionSettings:
     pause_s : pauses of the composite motion
     guidance : shares of the tracking weight on scapula and clavicle on the way from tracking
     capacity_steps : capacities on the way from a healthy neighbour
+    choices : which problem is solved, the study's own or another
+    variant : name of the choices
     """
 
     solve: SolveSettings
     pause_s: float
     guidance: tuple[float, ...]
     capacity_steps: tuple[float, ...]
+    choices: ProblemChoices = STUDY
+    variant: str = "study"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,14 +155,24 @@ class _Scene:
 
     def posed(self, capacity: float, guidance: float = 0.0) -> PosedProblem:
         """Problem at a capacity of the limited muscles and a guidance of the free segments."""
-        weights = {**self.settings.solve.weights, "stability": self.condition.w_gh}
+        choices, condition = self.settings.choices, self.condition
+        weights = {**self.settings.solve.weights, "stability": condition.w_gh}
+        weights["clavicle_anchor"] = choices.clavicle_anchor
+        if choices.reaction_rate is not None:
+            weights["reaction_rate"] = choices.reaction_rate
         target = composite_target(self.composite, TRACKED, guidance)
-        limited = limit_capacity(self.muscles, self.model.record, self.condition.muscles, capacity)
+        if choices.elbow_in_pauses:
+            target = replace(target, elbow_activity=np.ones(len(target.time_s)))
+        limited = limit_capacity(
+            self.muscles, self.model.record, condition.muscles, capacity, choices.lost_force
+        )
         posed = pose(self.model, limited, target, replace(self.settings.solve, weights=weights))
-        stiffness = self.condition.girdle_stiffness_Nm_per_rad
-        if stiffness is None:
-            return posed
-        return replace(posed, parameters=stiffen_girdle(posed.parameters, stiffness))
+        parameters = chosen_parameters(posed.parameters, choices)
+        stiffness = condition.girdle_stiffness_Nm_per_rad
+        if stiffness is not None:
+            parameters = stiffen_girdle(parameters, stiffness)
+        bounds = chosen_bounds(choices, self.composite.reference)
+        return replace(posed, parameters=parameters, bounds=bounds)
 
 
 def stiffen_girdle(parameters: np.ndarray, stiffness_Nm_per_rad: float) -> np.ndarray:
@@ -155,8 +187,9 @@ def limit_capacity(
     record: Mapping[str, Any],
     limited: Sequence[str],
     capacity: float,
+    lost_force: str = "active",
 ) -> MuscleParameters:
-    """Muscle parameters with some muscles' active force limited to a share.
+    """Muscle parameters with some muscles' force limited to a share: "active" or "whole" force.
 
     Raises
     ------
@@ -170,8 +203,7 @@ def limit_capacity(
             f"prediction: no muscle {', '.join(unknown)}; the model has "
             f"{', '.join(sorted(set(groups)))}"
         )
-    share = np.where(np.isin(groups, list(limited)), capacity, 1.0)
-    return replace(muscles, capacity=muscles.capacity * share)
+    return without_force(muscles, np.isin(groups, list(limited)), capacity, lost_force)
 
 
 def solve_prediction(
@@ -186,9 +218,8 @@ def solve_prediction(
     A solve that fails is written too, sealed by its status.
     """
     model = load_model(files.model)
-    motions = [read_solution(path) for path in files.tracked]
-    composite = compose(motions, settings.solve.time_step_s, settings.pause_s)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
+    composite = _composite(model, muscles, files, settings)
     scene = _Scene(model, composite, muscles, condition, settings)
     seconds, iterations, progress = 0.0, 0, ""
     for way in _ways(scene, files):
@@ -205,6 +236,42 @@ def solve_prediction(
     solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
     _write(scene, files, posed, result, solution, way.name)
+
+
+def _composite(
+    model: ShoulderModel,
+    muscles: MuscleParameters,
+    files: PredictionFiles,
+    settings: PredictionSettings,
+) -> Composite:
+    """The arm motion that is followed, and a start near it."""
+    motions = [read_solution(path) for path in files.tracked]
+    step = settings.solve.time_step_s
+    if settings.choices.arm == "own":
+        return compose(motions, step, settings.pause_s)
+    if files.arm is None:
+        raise ConfigError(
+            "prediction on the published arm: this participant has no published composite motion"
+        )
+    published = published_pose(read_motion(files.arm), step)
+    reference = with_recorded_girdle(published, recorded_poses(motions))
+    activity = np.zeros(len(reference))
+    for first, stop in PUBLISHED_PLANES.values():
+        activity[first:stop] = 1.0
+    start = initial_guess.from_motion(
+        model.forces,
+        muscles,
+        chosen_parameters(model.parameters(), settings.choices),
+        pose_to_trial(reference),
+        step,
+    )
+    return Composite(
+        time_s=step * np.arange(len(reference)),
+        trajectory=start,
+        reference=reference,
+        activity=activity,
+        nodes=PUBLISHED_PLANES,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +313,8 @@ def _write(
     way: str,
 ) -> None:
     others = [files.channels, *files.tracked]
-    others += [path for path in (files.calibration, files.neighbour) if path is not None]
+    optional = (files.calibration, files.neighbour, files.arm)
+    others += [path for path in optional if path is not None]
     about = header(
         posed,
         result,
@@ -254,6 +322,8 @@ def _write(
         participant=files.model.participant.parent.name,
         trial="composite",
         condition=asdict(scene.condition),
+        variant=scene.settings.variant,
+        choices=asdict(scene.settings.choices),
         reached_from=way,
         planes=scene.composite.nodes,
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
@@ -273,6 +343,7 @@ def _certify(posed: PosedProblem, result: Result) -> dict[str, Any]:
             "expected_inertia": list(proof.expected_inertia),
             "reduced_hessian_positive": proof.reduced_hessian_positive,
             "active_bounds": proof.active_bounds,
+            "active_by_kind": proof.active_by_kind,
             "weakly_active_bounds": proof.weakly_active_bounds,
             "holds": proof.holds,
         }

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.stages.joint_loading import GlenohumeralLoad, glenohumeral_load, glenoid_angles
+from scapulohumeral.stages.joint_loading import GlenohumeralLoad, glenohumeral_load
 from scapulohumeral.stages.rhythm import rhythm_by_plane
 from scapulohumeral.stages.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
 
@@ -65,7 +65,7 @@ def solution_load(solution: Solution, record: Mapping[str, Any]) -> Glenohumeral
     The record's ``body_mass_source`` says whether that mass is the participant's own or the mean
     of all participants.
     """
-    return glenohumeral_load(solution.reaction_N, glenoid_angles(record), record["body_mass_kg"])
+    return glenohumeral_load(solution.reaction_N, record)
 
 
 def peaks(load: GlenohumeralLoad, pose: np.ndarray, nodes: slice) -> dict[str, float]:

@@ -1,0 +1,128 @@
+"""The arm motion of the published predictions, with the girdle as it was recorded.
+
+A prediction compares with a published one where both follow the same humerus and elbow. Scapula and
+clavicle of the published motion are a result, so they enter nothing here: the recorded girdle takes
+their place, at the elevation of the arm at which it was recorded.
+
+Letters: N nodes, T frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    Array,
+    make_continuous,
+    quaternion_conjugate,
+    quaternion_multiply,
+    trial_to_pose,
+)
+from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN, thorax_angles
+
+# The authors' mesh [s], and their composite motion: three elevations of 101 rows with 40 rows
+# between them, 383 rows splined to 268 nodes (merge_motions.m). First node of each elevation and
+# the one after its last; and of the windows in which they measure rhythm (plot_results.m).
+NODE_S = 0.04
+PUBLISHED_PLANES = {"frontal": (0, 70), "scapular": (99, 169), "sagittal": (197, 268)}
+PUBLISHED_RISES = {"frontal": (0, 41), "scapular": (100, 135), "sagittal": (203, 236)}
+PUBLISHED_NODES = 268
+JOINTS = (slice(0, 4), slice(4, 8), slice(8, 12))
+
+
+def published_pose(motion: Motion, step: float = NODE_S) -> Array:
+    """Poses (268, 13) of a published prediction at the nodes of its mesh.
+
+    Raises
+    ------
+    DataError                        another mesh interval, or a motion of another length
+    """
+    time_s = NODE_S * np.arange(PUBLISHED_NODES)
+    if abs(step - NODE_S) > 1e-9:
+        raise DataError(
+            f"mesh interval {step} s: the published composite motion has {NODE_S} s; set "
+            "solve.time_step_s to it"
+        )
+    if abs(motion.time_s[-1] - time_s[-1]) > 1e-6:
+        raise DataError(
+            f"published composite motion of {motion.time_s[-1]:.2f} s: expected {time_s[-1]:.2f} s"
+        )
+    pose = trial_to_pose(motion.angles_rad)
+    for joint in JOINTS:
+        pose[:, joint] = make_continuous(pose[:, joint])
+    return _normalised(CubicSpline(motion.time_s, pose)(time_s))
+
+
+def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Array:
+    """The arm of a published prediction on the recorded girdle, poses (268, 13).
+
+    While the arm rises or sinks, the girdle is that of the recording at the same elevation, or at
+    its peak where the published arm goes higher. In the pauses it changes evenly.
+
+    Parameters
+    ----------
+    published : (268, 13) of :func:`published_pose`
+    recorded : poses (T, 13) of the recorded elevations by plane
+    """
+    elevation = thorax_angles(published)[:, ELEVATION_COLUMN]
+    nodes, girdle = [], []
+    for plane, (first, stop) in PUBLISHED_PLANES.items():
+        if plane not in recorded:
+            raise DataError(
+                f"the published composite motion has a {plane} elevation, which is not among the "
+                f"recorded ones ({', '.join(recorded)}): add it to 'planes'"
+            )
+        nodes.append(np.arange(first, stop))
+        girdle.append(_at_elevation(recorded[plane], elevation[first:stop]))
+    known, found = np.concatenate(nodes), np.concatenate(girdle)
+    for joint in JOINTS[:2]:
+        found[:, joint] = make_continuous(found[:, joint])
+    every = np.arange(len(published))
+    pose = published.copy()
+    pose[:, :8] = np.stack([np.interp(every, known, column) for column in found.T], axis=1)
+    pose = _normalised(pose)
+    humerus = quaternion_multiply(
+        quaternion_multiply(published[:, :4], published[:, 4:8]), published[:, 8:12]
+    )
+    scapula = quaternion_multiply(pose[:, :4], pose[:, 4:8])
+    pose[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(scapula), humerus))
+    return pose
+
+
+def recorded_poses(tracked: Sequence[Solution]) -> dict[str, Array]:
+    """Recorded motions behind tracking solutions, poses (T, 13) by trial."""
+    return {solution.header["trial"]: solution.reference_pose for solution in tracked}
+
+
+def _at_elevation(recorded: Array, elevation: Array) -> Array:
+    """Girdle (N, 8) of a recording at elevations (N,) [deg] of another rise and descent."""
+    girdle = recorded[:, :8].copy()
+    for joint in JOINTS[:2]:
+        girdle[:, joint] = make_continuous(girdle[:, joint])
+    own = thorax_angles(recorded)[:, ELEVATION_COLUMN]
+    own_peak, peak = int(np.argmax(own)), int(np.argmax(elevation))
+    rise = np.maximum.accumulate(own[: own_peak + 1])
+    descent = np.maximum.accumulate(own[own_peak:][::-1])
+    halves = (
+        (elevation[: peak + 1], rise, girdle[: own_peak + 1]),
+        (elevation[peak + 1 :], descent, girdle[own_peak:][::-1]),
+    )
+    return np.concatenate(
+        [
+            np.stack([np.interp(levels, known, column) for column in part.T], axis=1)
+            for levels, known, part in halves
+        ]
+    )
+
+
+def _normalised(pose: Array) -> Array:
+    pose = pose.copy()
+    for joint in JOINTS:
+        pose[:, joint] /= np.linalg.norm(pose[:, joint], axis=1, keepdims=True)
+    return pose

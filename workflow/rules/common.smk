@@ -19,6 +19,8 @@ wildcard_constraints:
     formulation="quaternion|euler",
 
 
+PARTICIPANTS = Path(config["participants_folder"])
+PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
 MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
 
 
@@ -31,7 +33,7 @@ def code_of(*modules):
 @cache
 def trials_of(participant):
     """Trials that a participant's participant.yaml lists: name and file of each recording."""
-    path = Path("config/participants", participant, "participant.yaml")
+    path = PARTICIPANTS / participant / "participant.yaml"
     if not path.is_file():
         available = sorted(path.parent.name for path in path.parents[1].glob("*/participant.yaml"))
         raise ConfigError(
@@ -72,13 +74,13 @@ def elevations(wildcards):
 
 def measured_emg(participant):
     """What a participant's file says of measured EMG; no trials if there is none."""
-    file = Path("config/participants", participant, "participant.yaml")
+    file = PARTICIPANTS / participant / "participant.yaml"
     return yaml.safe_load(file.read_text(encoding="utf-8")).get("emg", {"trials": {}})
 
 
 def raw_emg(wildcards):
     """Raw EMG of a trial and the maximal contractions that it is normalised by."""
-    folder = Path("config/participants", wildcards.participant)
+    folder = PARTICIPANTS / wildcards.participant
     emg = measured_emg(wildcards.participant)
     if wildcards.trial in emg["trials"]:
         return {

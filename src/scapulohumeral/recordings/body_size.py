@@ -91,7 +91,8 @@ def _median_distance(points: Points, a: str, b: str) -> float:
 def _model_points(tables: ModelTables) -> dict[str, Array]:
     """Landmarks of the base model, (1, 3) each; only distances within a segment mean anything.
 
-    The ulna is bent as little as an arm at rest: its length hardly depends on that.
+    The ulna is bent as little as an arm at rest: the hinge passes the epicondyles by 8 mm, so the
+    distance to US changes by 1 % with the angle.
     """
     from scipy.spatial.transform import Rotation
 

@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scapulohumeral.provenance import SOURCE_ROOT
+from scapulohumeral.provenance import CONFIG_FOLDER
 from scapulohumeral.recordings.participant_cli import add_body_arguments, body_of
 
 if TYPE_CHECKING:
     from scapulohumeral.model.tables import ModelTables
     from scapulohumeral.recordings.convert import Outcome
 
-TABLES = SOURCE_ROOT.parent / "config" / "model"
+TABLES = CONFIG_FOLDER / "model"
 PAGE = "conversion.html"
 REFUSED = 2
 EXAMPLES = """examples:

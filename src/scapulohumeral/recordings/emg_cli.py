@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.provenance import SOURCE_ROOT
+from scapulohumeral.provenance import CONFIG_FOLDER
 
 if TYPE_CHECKING:
     from scapulohumeral.recordings.emg_files import EmgMap
 
-CONFIG = SOURCE_ROOT.parent / "config" / "config.yaml"
+CONFIG = CONFIG_FOLDER / "config.yaml"
 REFUSED = 2
 EXAMPLES = """example:
   scapulohumeral emg session1/*.c3d --mvc mvc/*.c3d --map emg.yaml --out trials

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from scapulohumeral.configuration import read_config
 from scapulohumeral.emg.envelope import (
     Envelopes,
     EnvelopeSettings,
@@ -153,8 +154,13 @@ def check_muscles(emg_map: EmgMap, groups: Sequence[str]) -> None:
 
 
 def read_pipeline(config: Path) -> EmgPipeline:
-    """Settings of the study's EMG pipeline from its configuration."""
-    section = yaml.safe_load(config.read_text(encoding="utf-8"))["emg"]
+    """Settings of the study's EMG pipeline from its configuration.
+
+    Raises
+    ------
+    ConfigError                      the configuration cannot be read, or its schema refuses it
+    """
+    section = read_config(config)["emg"]
     return EmgPipeline(EnvelopeSettings(**section["envelope"]), QualityLimits(**section["quality"]))
 
 

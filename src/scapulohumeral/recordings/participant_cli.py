@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scapulohumeral.provenance import SOURCE_ROOT
+from scapulohumeral.provenance import CONFIG_FOLDER
 
 if TYPE_CHECKING:
     from scapulohumeral.recordings.body_size import Body
 
-TABLES = SOURCE_ROOT.parent / "config" / "model"
+TABLES = CONFIG_FOLDER / "model"
 EXAMPLES = """example:
   scapulohumeral participant --static session1/static.c3d --map markers.yaml --id ann
       --body-mass 68 --height 1.70 --trials trials/frontal.csv trials/reach.csv --out participants

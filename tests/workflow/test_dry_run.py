@@ -66,8 +66,8 @@ def test_participants_may_be_anywhere(snakemake: Run, repository: Path, tmp_path
     profile = ("--workflow-profile", "workflow/profiles/quick")
     result = snakemake("--dry-run", "--forceall", *profile, "--configfile", *files)
     assert result.returncode == 0, result.stdout
-    assert "results/tracking/ann/reaching_quaternion.npz" in result.stdout
-    assert str(own / "reaching.csv") in result.stdout
+    assert "participant ann, reaching plane" in result.stdout
+    assert "par2" not in result.stdout
 
 
 def test_lint_finds_nothing(snakemake: Run) -> None:

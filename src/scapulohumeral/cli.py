@@ -30,6 +30,7 @@ COMMANDS = {
         "a participant of the study from a static trial and body size",
         "scapulohumeral.recordings.participant_cli",
     ),
+    "study": ("the study, of own participants too, by Snakemake", "scapulohumeral.study_command"),
 }
 GAP = "gap"
 

@@ -209,10 +209,18 @@ def validation_envelopes(wildcards):
 
 
 def calibrated_participants():
-    """Participants whose muscles are calibrated: all, if anything in the study needs calibration."""
-    if config["validation"]["tasks"] or prediction_table("summary"):
+    """Participants whose muscles are calibrated, because a task or a prediction needs it."""
+    if config["validation"]["tasks"]:
         return config["participants"]
-    return []
+    conditions = config["prediction"]["conditions"]
+    return [
+        participant
+        for participant in config["participants"]
+        if any(
+            conditions[name]["parameters"] == "calibrated"
+            for name in predicted_conditions(participant)
+        )
+    ]
 
 
 def emg_results(pattern):

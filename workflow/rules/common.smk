@@ -67,15 +67,21 @@ def recordings(wildcards):
 
 
 def elevations(wildcards):
-    """Recorded arm elevations of a participant, configured or not."""
-    trials = trials_of(wildcards.participant)
-    return [str(trials[plane]) for plane in ("frontal", "scapular", "sagittal") if plane in trials]
+    """Recorded motions of a participant, configured or not, but for daily tasks: they validate."""
+    trials = participant_document(wildcards.participant)["trials"]
+    names = [name for name, trial in trials.items() if not trial.get("daily_task", False)]
+    return [str(trials_of(wildcards.participant)[name]) for name in names]
+
+
+def participant_document(participant):
+    """What a participant's file says."""
+    file = PARTICIPANTS / participant / "participant.yaml"
+    return yaml.safe_load(file.read_text(encoding="utf-8"))
 
 
 def measured_emg(participant):
     """What a participant's file says of measured EMG; no trials if there is none."""
-    file = PARTICIPANTS / participant / "participant.yaml"
-    return yaml.safe_load(file.read_text(encoding="utf-8")).get("emg", {"trials": {}})
+    return participant_document(participant).get("emg", {"trials": {}})
 
 
 def raw_emg(wildcards):

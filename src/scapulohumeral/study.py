@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.configuration.check import check_config
-from scapulohumeral.configuration.sections import PLANES
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.participant_file import list_participants, read_participant_file
 
@@ -72,9 +71,9 @@ class Study:
         return trials[trial]
 
     def elevations(self, participant: str) -> list[Path]:
-        """Recorded arm elevations of a participant, configured or not."""
+        """Recorded motions of a participant, configured or not, but for daily tasks."""
         trials = self.trials(participant)
-        return [trials[plane] for plane in PLANES if plane in trials]
+        return [path for name, path in trials.items() if not self.is_task(participant, name)]
 
     def raw_emg(self, participant: str, trial: str, simulated: Path) -> dict[str, Path]:
         """Raw EMG of a trial, and the maximal contractions that it is normalised by.
@@ -118,9 +117,17 @@ class Study:
         return [(name, task) for name in self.participants for task in self.tasks(name)]
 
     def calibrated(self) -> list[str]:
-        """Participants whose muscles are calibrated: all, if anything needs calibrated muscles."""
-        needed = self.config["validation"]["tasks"] or self.predicted()
-        return self.participants if needed else []
+        """Participants whose muscles are calibrated, because a task or a prediction needs it."""
+        if self.config["validation"]["tasks"]:
+            return self.participants
+        return [
+            participant
+            for participant in self.participants
+            if any(
+                self.condition(name)["parameters"] == "calibrated"
+                for name in self.conditions(participant)
+            )
+        ]
 
     def with_emg(self) -> list[tuple[str, str]]:
         """All pairs of participant and trial whose EMG is used."""
@@ -129,6 +136,10 @@ class Study:
             for name in self.calibrated()
             for trial in (*self.planes, *self.tasks(name))
         ]
+
+    def is_task(self, participant: str, trial: str) -> bool:
+        """Whether a trial is a daily task, which validates and shapes nothing."""
+        return bool(self._file(participant)["trials"][trial].get("daily_task", False))
 
     def _file(self, participant: str) -> dict[str, Any]:
         if participant in self.files:
@@ -154,23 +165,24 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     """
     check_config(config)
     study = Study(config, folder)
-    available = list_participants(folder)
     for key in ("participants", "diagnose"):
-        _check_names(key, config[key], available)
+        _check_names(key, config[key], folder)
     also = config["prediction"]["predict_also"]
-    _check_names("prediction.predict_also", also, available)
+    _check_names("prediction.predict_also", also, folder)
     _check_recordings(study)
     _check_conditions(study)
     return study
 
 
-def _check_names(key: str, names: Iterable[str], available: Iterable[str]) -> None:
+def _check_names(key: str, names: Iterable[str], folder: Path) -> None:
     """Refuse participants that are not there."""
+    available = list_participants(folder)
     for name in names:
         if name not in available:
+            file = folder / name / "participant.yaml"
             raise ConfigError(
-                f"Config key '{key}' names '{name}', but there is no config/participants/{name}/"
-                f"participant.yaml. Write for example: participants: [{', '.join(available)}]"
+                f"Config key '{key}' names '{name}', but there is no {file}. "
+                f"Write for example: participants: [{', '.join(available)}]"
             )
 
 
@@ -183,7 +195,7 @@ def _check_recordings(study: Study) -> None:
                 raise ConfigError(
                     f"Config key 'planes' names '{plane}', which participant '{participant}' has "
                     f"no recording of. Write for example: planes: "
-                    f"[{', '.join(one for one in PLANES if one in trials)}]"
+                    f"[{', '.join(one for one in trials if not study.is_task(participant, one))}]"
                 )
     for task in study.config["validation"]["tasks"]:
         if not any(task in study.trials(name) for name in study.participants):
@@ -197,7 +209,7 @@ def _check_task(study: Study, task: str) -> None:
     if task not in known:
         raise ConfigError(
             f"Config key 'validation.tasks' names '{task}', which no participant has a recording "
-            f"of. Choose from: {', '.join(one for one in known if one not in PLANES)}"
+            f"of. Choose from: {', '.join(known)}"
         )
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.configuration.sections import PLANES
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
 
@@ -18,10 +17,12 @@ wildcard_constraints:
     formulation="quaternion|euler",
 
 
+PARTICIPANTS = Path(config["participants_folder"])
+PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
 MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
 MUSCLES = ("generic", "calibrated")
 # Refuses a configuration, or the file of a participant, before any rule is read.
-STUDY = planned(config, Path("config/participants"))
+STUDY = planned(config, PARTICIPANTS)
 
 
 def code_of(*modules):

@@ -30,7 +30,7 @@ rule write_gap_config:
 
 rule diagnose_gap:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=elevations,
         tables=MODEL_TABLES,
         config=rules.write_gap_config.output.config,

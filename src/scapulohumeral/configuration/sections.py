@@ -6,7 +6,7 @@ Every key is required but those with a default here: the file is the one place o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from scapulohumeral.configuration.fields import (
     Angles,
@@ -23,9 +23,6 @@ from scapulohumeral.configuration.fields import (
     key,
 )
 
-Plane = Literal["frontal", "scapular", "sagittal"]
-# Trials that are arm elevations, in the order of the composite motion.
-PLANES: tuple[str, ...] = get_args(Plane)
 Conditions = Annotated[list[ConditionName], Once]
 
 
@@ -337,14 +334,18 @@ class StudyConfig(Section):
             "Name of the report file in reports/, without ending [no unit].", pattern="^[a-z0-9_]+$"
         ),
     ]
+    participants_folder: Annotated[
+        str,
+        key("Folder of all participants, from the repository or absolute [no unit].", min_length=1),
+    ]
     participants: Annotated[
         list[FolderName],
-        key("Folders of config/participants/ to simulate [no unit].", min_length=1),
+        key("Folders of participants_folder to simulate [no unit].", min_length=1),
         Once,
     ]
     planes: Annotated[
-        list[Plane],
-        key("Planes of the recorded arm elevations to track [no unit].", min_length=1),
+        list[TrialName],
+        key("Trials to track, one recorded arm elevation per plane [no unit].", min_length=1),
         Once,
     ]
     formulations: Annotated[

@@ -154,7 +154,8 @@ class OptyProblem(opty.Problem):
     def _take(self, set_up: SetUp, collocation: Collocation) -> None:
         """What opty's own constructor does after code generation."""
         self.__dict__.update(set_up.state)
-        self.lower_bound, self.upper_bound = self.lower_bound.copy(), self.upper_bound.copy()
+        for name in ("lower_bound", "upper_bound"):
+            setattr(self, name, getattr(self, name).copy())
         self.layout = set_up.layout
         self.collocator = set_up.collocator.with_collocation(collocation)
         self.con_jac_rows, self.con_jac_cols = self.collocator.jacobian_indices()

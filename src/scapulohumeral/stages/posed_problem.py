@@ -19,6 +19,7 @@ from scapulohumeral import provenance
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.model.rotations import ANGLE_NAMES, pose_to_trial, trial_to_pose
 from scapulohumeral.ocp import initial_guess
+from scapulohumeral.ocp.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.layout import Layout
@@ -26,7 +27,7 @@ from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weight
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, write_solution
-from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
+from scapulohumeral.ocp.solver import Result, SolverSettings, Start
 from scapulohumeral.ocp.transcription import REACTION_UNIT_N
 from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel
 from scapulohumeral.stages.tracking_metrics import tracking_metrics
@@ -98,13 +99,21 @@ class PosedProblem:
     target: Target
     scalers: Scalers | None = None
 
-    def problem(self, hessian: str) -> Problem:
-        """The problem with a Hessian mode."""
+    @property
+    def nodes(self) -> int:
+        """N."""
+        return len(self.objective.reference)
+
+    def problem(self, hessian: str, nodes: int | None = None) -> Problem:
+        """The problem with a Hessian mode, on its own mesh or on one of another number of nodes."""
+        objective = self.objective
+        if nodes is not None and nodes != self.nodes:
+            objective = objective.on_nodes(nodes)
         return Problem(
             self.model.forces,
             self.muscles,
             self.parameters,
-            self.objective,
+            objective,
             hessian,
             scalers=self.scalers,
         )
@@ -180,7 +189,10 @@ def solve_posed(
         if posed.scalers is not None:
             start = replace(start, scalers=np.ones((2, len(posed.scalers.names))))
         start = Start(posed.layout().join(start))
-    return solve(posed.problem, start, settings.solver, log)
+    solver = replace(settings.solver, coarse=coarse_nodes(posed.nodes))
+    return solve_coarse_to_fine(
+        lambda nodes, hessian: posed.problem(hessian, nodes), posed.nodes, start, solver, log
+    )
 
 
 def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> Solution:
@@ -240,6 +252,8 @@ def header(
         "seconds": result.seconds,
         "phases": list(dict.fromkeys(step["phase"] for step in result.history)),
         "nodes": len(posed.target.time_s),
+        "meshes": list(result.meshes),
+        "remark": result.remark,
         "settings": {**vars(settings), "weights": dict(settings.weights)},
         "versions": provenance.environment_versions(),
         "machine": platform.machine(),

@@ -55,7 +55,7 @@ def solve_coarse_to_fine(
                 return _fallen_back(family, nodes, start, settings, recorder, result)
             point, before = result.point, coarse
         point = _carried(family, point, before, nodes)
-        final = replace(settings, barrier_exact=settings.barrier_coarse)
+        final = replace(settings, barrier_exact=settings.tolerance / 11)
         result = _solve(family, nodes, point, final, recorder)
         if not result.optimal:
             return _fallen_back(family, nodes, start, settings, recorder, result)

@@ -22,14 +22,14 @@ from scapulohumeral.ocp.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
 
-NODES = 25
-SETTINGS = SolverSettings(tolerance=1e-8, coarse=(7, 13))
+NODES = 17
+SETTINGS = SolverSettings(tolerance=1e-8, coarse=(5, 9))
 
 
 @pytest.fixture
 def family(equations):
     """Problems of one movement by number of nodes and Hessian mode."""
-    objective = small_objective(equations.name, NODES, 2.0)
+    objective = small_objective(equations.name, NODES, 0.0)
     forces, muscles, parameters = small_forces(equations), small_muscles(), small_parameters()
 
     def family(nodes, hessian):
@@ -80,13 +80,13 @@ def test_straight_lines_and_constant_densities_are_carried_over_exactly(family):
 
 
 def test_a_cold_start_stays_cold(family, start):
-    carried = transfer(start, family(NODES, "exact"), family(7, "exact"))
+    carried = transfer(start, family(NODES, "exact"), family(5, "exact"))
     assert carried.multipliers is None
 
 
 def test_objective_on_another_mesh_spans_the_same_time(family):
-    fine, coarse = (family(n, "exact").objective_function for n in (NODES, 7))
-    assert coarse.step * 6 == pytest.approx(fine.step * (NODES - 1))
+    fine, coarse = (family(n, "exact").objective_function for n in (NODES, 5))
+    assert coarse.step * 4 == pytest.approx(fine.step * (NODES - 1))
     np.testing.assert_allclose(coarse.reference[[0, -1]], fine.reference[[0, -1]], atol=1e-12)
 
 
@@ -95,10 +95,10 @@ def test_same_solution_as_on_one_mesh(family, start, tmp_path):
     alone = solve(lambda mode: family(NODES, mode), start, replace(SETTINGS, coarse=()))
     result = solve_coarse_to_fine(family, NODES, start, SETTINGS, log)
     assert result.optimal
-    assert (result.meshes, result.remark) == ((7, 13, NODES), "")
+    assert (result.meshes, result.remark) == ((5, 9, NODES), "")
     assert result.objective == pytest.approx(alone.objective, rel=1e-5)
     nodes = [json.loads(line)["nodes"] for line in log.read_text().splitlines()]
-    assert list(dict.fromkeys(nodes)) == [7, 13, NODES]
+    assert list(dict.fromkeys(nodes)) == [5, 9, NODES]
     assert result.iterations == len(nodes) - 4  # two phases on the coarsest mesh
 
 
@@ -114,5 +114,5 @@ def test_a_coarse_mesh_that_fails_leaves_the_problem_to_its_own_mesh(family, sta
     result = solve_coarse_to_fine(broken, NODES, start, SETTINGS, log)
     assert result.optimal
     assert result.meshes == (NODES,)
-    assert "mesh of 7 nodes on the way" in result.remark
+    assert "mesh of 5 nodes on the way" in result.remark
     assert result.remark in log.read_text()

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from scapulohumeral.ocp.checkpoint import Checkpoint
 from scapulohumeral.ocp.mesh_transfer import transfer
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solver import Recorder, Result, SolverSettings, Start, run_phases
@@ -26,6 +27,8 @@ COARSENING = (4, 2)
 FEWEST_INTERVALS = 15
 # Tolerance of a solution that is only a start; looser ones stop at saddle points.
 LOOSE = 1e-6
+# IPOPT's last barrier is this share of its tolerance.
+LAST_BARRIER_SHARE = 11.0
 
 
 def coarse_nodes(nodes: int) -> tuple[int, ...]:
@@ -35,7 +38,12 @@ def coarse_nodes(nodes: int) -> tuple[int, ...]:
 
 
 def solve_coarse_to_fine(
-    family: Family, nodes: int, start: Start, settings: SolverSettings, log: Path | None = None
+    family: Family,
+    nodes: int,
+    start: Start,
+    settings: SolverSettings,
+    log: Path | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Result:
     """Solve a problem of N nodes over the meshes of ``settings.coarse``.
 
@@ -43,29 +51,44 @@ def solve_coarse_to_fine(
     ----------
     family : problems of any number of nodes
     start : starting point on the mesh of N nodes; see :func:`solver.solve`
+    checkpoint : of this problem and start; a solve that was interrupted goes on from there
     """
-    with Recorder.to(log) as recorder:
-        if not settings.coarse:
-            return _alone(family, nodes, start, settings, recorder)
-        point, before = start, nodes
-        for coarse in settings.coarse:
-            point = _carried(family, point, before, coarse)
-            result = _solve(family, coarse, point, _passing(settings, nodes, coarse), recorder)
-            if not result.optimal:
-                return _fallen_back(family, nodes, start, settings, recorder, result)
-            point, before = result.point, coarse
-        point = _carried(family, point, before, nodes)
-        final = replace(settings, barrier_exact=settings.tolerance / 11)
-        result = _solve(family, nodes, point, final, recorder)
-        if not result.optimal:
-            return _fallen_back(family, nodes, start, settings, recorder, result)
-        return replace(result, meshes=(*settings.coarse, nodes))
+    with Recorder.to(log, checkpoint) as recorder:
+        result = _over_meshes(family, nodes, start, settings, recorder)
+    if checkpoint is not None:
+        checkpoint.remove()
+    return result
 
 
-def _alone(
+def _over_meshes(
     family: Family, nodes: int, start: Start, settings: SolverSettings, recorder: Recorder
 ) -> Result:
-    return _solve(family, nodes, start, settings, recorder)
+    point, before, meshes = start, nodes, (*settings.coarse, nodes)
+    found = _interrupted(recorder, meshes)
+    if found is not None:
+        point, before = found
+        meshes = meshes[meshes.index(before) :]
+    for mesh in meshes:
+        point = _carried(family, point, before, mesh)
+        result = _solve(family, mesh, point, _on_the_way(settings, nodes, mesh), recorder)
+        if not result.optimal:
+            return _fallen_back(family, nodes, start, settings, recorder, result)
+        point, before = result.point, mesh
+    return replace(result, meshes=(*settings.coarse, nodes))
+
+
+def _interrupted(recorder: Recorder, meshes: tuple[int, ...]) -> tuple[Start, int] | None:
+    """Where an earlier solve was interrupted: point and nodes of its mesh."""
+    found = recorder.checkpoint.read() if recorder.checkpoint else None
+    if found is None or found.nodes not in meshes:
+        return None
+    recorder.say(
+        f"Goes on from the checkpoint of an interrupted solve: {found.phase}, {found.nodes} nodes, "
+        f"barrier {found.barrier:.1e}."
+    )
+    if found.phase != "exact":
+        return Start(found.free), found.nodes
+    return Start(found.free, found.multipliers, found.lower, found.upper), found.nodes
 
 
 def _solve(
@@ -87,7 +110,7 @@ def _fallen_back(
         f"Solved on {nodes} nodes alone."
     )
     recorder.say(remark)
-    return replace(_alone(family, nodes, start, settings, recorder), remark=remark)
+    return replace(_solve(family, nodes, start, settings, recorder), remark=remark)
 
 
 def _carried(family: Family, point: Start, before: int, after: int) -> Start:
@@ -96,9 +119,14 @@ def _carried(family: Family, point: Start, before: int, after: int) -> Start:
     return transfer(point, family(before, "gauss-newton"), family(after, "gauss-newton"))
 
 
-def _passing(settings: SolverSettings, nodes: int, coarse: int) -> SolverSettings:
-    """Settings of a solve on the way: the same barrier per time as on the mesh of N nodes."""
-    longer = (nodes - 1) / (coarse - 1)
+def _on_the_way(settings: SolverSettings, nodes: int, mesh: int) -> SolverSettings:
+    """Settings on one of the meshes: at the same barrier per time on all but the last."""
+    if not settings.coarse:
+        return settings
+    if mesh == nodes:
+        # Slacks of the coarse solution are large enough to go to the last barrier at once.
+        return replace(settings, barrier_exact=settings.tolerance / LAST_BARRIER_SHARE)
+    longer = (nodes - 1) / (mesh - 1)
     barrier = settings.barrier_coarse * longer
     return replace(
         settings,

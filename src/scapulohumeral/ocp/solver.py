@@ -18,7 +18,8 @@ from typing import TextIO
 
 import numpy as np
 
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.ocp.checkpoint import Checkpoint, Iterate, Stop, stop_on_sigterm
 from scapulohumeral.ocp.memory import keep_freed_memory
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 
@@ -26,6 +27,8 @@ STRATEGIES = ("automatic", *HESSIANS)
 OPTIMAL = 0
 # Ipopt's numbering of MUMPS orderings; with AMD or PORD a factorisation takes several times longer.
 METIS = 5
+# IPOPT's number for iterations outside of its restoration phase.
+REGULAR = 0
 # What is recorded of every iteration, beside phase, mesh and time.
 RECORDED = (
     "iteration",
@@ -135,19 +138,25 @@ class Recorder:
     ----------
     stream : receives one JSON record per iteration
     history : the same records; phases : number of phases so far
+    checkpoint : where iterates are kept, or None; stop : whether to end early
     """
 
     stream: TextIO
+    checkpoint: Checkpoint | None = None
+    stop: Stop = field(default_factory=Stop)
     history: list[dict] = field(default_factory=list)
     phases: int = 0
     begin: float = field(default_factory=time.perf_counter)
 
     @classmethod
     @contextmanager
-    def to(cls, log: Path | None) -> Iterator[Recorder]:
-        """A recorder that writes to a file, or nowhere."""
-        with log.open("w", encoding="utf-8") if log else io.StringIO() as stream:
-            yield cls(stream)
+    def to(cls, log: Path | None, checkpoint: Checkpoint | None = None) -> Iterator[Recorder]:
+        """A recorder that writes to a file, or nowhere; SIGTERM ends what it records."""
+        with (
+            log.open("w", encoding="utf-8") if log else io.StringIO() as stream,
+            stop_on_sigterm() as stop,
+        ):
+            yield cls(stream, checkpoint, stop)
 
     @property
     def seconds(self) -> float:
@@ -159,15 +168,30 @@ class Recorder:
         self.stream.write(json.dumps({"remark": sentence}) + "\n")
         print(sentence, flush=True)
 
-    def phase(self, mode: str, nodes: int) -> Callable[[dict], bool]:
-        """What IPOPT calls after every iteration of the next phase."""
+    def phase(self, mode: str, problem: Problem) -> Callable[[dict], bool]:
+        """What IPOPT calls after every iteration of the next phase; False asks it to stop."""
         self.phases += 1
+        about = {"phase": mode, "nodes": problem.layout.nodes}
 
         def record(step: dict) -> bool:
-            self._write({"phase": mode, "nodes": nodes}, step)
-            return True
+            self._write(about, step)
+            regular = step["mode"] == REGULAR
+            if self.checkpoint and regular and (self.checkpoint.is_due or self.stop.requested):
+                self.checkpoint.write(_iterate(problem, mode, step["barrier"]))
+            return not self.stop.requested
 
         return record
+
+    def refuse_to_go_on_if_stopped(self) -> None:
+        """Raise a SolveError if the process was asked to end."""
+        if not self.stop.requested:
+            return
+        kept = self.checkpoint.folder if self.checkpoint else None
+        where = f"last iterate in {kept}; run the same again to go on from it" if kept else "lost"
+        raise SolveError(
+            f"stopped by SIGTERM after {len(self.history)} iterations and {self.seconds:.0f} s: "
+            f"{where}"
+        )
 
     def _write(self, about: dict, step: dict) -> None:
         kept = {name: step[name] for name in RECORDED}
@@ -215,8 +239,9 @@ def run_phases(
     point = start
     for mode, options in _phases(settings, warm=start.multipliers is not None):
         problem = make_problem(mode)
-        problem.progress = recorder.phase(mode, problem.layout.nodes)
+        problem.progress = recorder.phase(mode, problem)
         point, info = _run(problem, point, {**_common(mode, settings), **options})
+        recorder.refuse_to_go_on_if_stopped()
     return Result(
         point=point,
         optimal=info["status"] == OPTIMAL,
@@ -227,6 +252,20 @@ def run_phases(
         seconds=recorder.seconds,
         history=recorder.history,
         meshes=(problem.layout.nodes,),
+    )
+
+
+def _iterate(problem: Problem, mode: str, barrier: float) -> Iterate:
+    """The present iterate of a problem that IPOPT is working on."""
+    now = problem.get_current_iterate()
+    return Iterate(
+        nodes=problem.layout.nodes,
+        phase=mode,
+        barrier=barrier,
+        free=now["x"],
+        multipliers=now["mult_g"],
+        lower=now["mult_x_L"],
+        upper=now["mult_x_U"],
     )
 
 

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import platform
+import subprocess
 from collections.abc import Iterable, Iterator
 from importlib import metadata
 from pathlib import Path
@@ -102,6 +103,15 @@ def input_hash(paths: Iterable[Path | str]) -> str:
         If one of the files is missing.
     """
     return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
+
+
+def last_commit(path: Path) -> str:
+    """Short hash and date of the commit that last changed a file, or why there is none."""
+    command = ["git", "log", "-1", "--format=%h of %cs", "--", path.name]
+    found = subprocess.run(
+        command, cwd=path.resolve().parent, capture_output=True, text=True, check=False
+    )
+    return found.stdout.strip() or "no commit: these files are not under version control"
 
 
 def environment_versions() -> dict[str, str]:

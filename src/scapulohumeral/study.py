@@ -13,7 +13,10 @@ from typing import Any
 
 from scapulohumeral.configuration.check import check_config
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.participant_file import list_participants, read_participant_file
+from scapulohumeral.stages.problem_choices import ProblemChoices
+from scapulohumeral.stages.variants import named_variants
 
 # Where a prediction may start that is no other prediction.
 STARTS = ("tracking", "direct")
@@ -88,6 +91,22 @@ class Study:
             return {"raw": own / emg["trials"][trial], "mvc": own / emg["mvc"]}
         made = simulated / participant
         return {"raw": made / f"{trial}_raw.csv", "mvc": made / "mvc_raw.csv"}
+
+    def published_composite(self, participant: str) -> Path:
+        """Published healthy prediction of a participant, whose arm a variant follows.
+
+        Raises
+        ------
+        ConfigError                  the participant's file lists none
+        """
+        listed = self._file(participant).get("published_predictions", {})
+        if "healthy" not in listed:
+            raise ConfigError(
+                f"Variant on the published arm: {self.folder / participant / 'participant.yaml'} "
+                "lists no published_predictions.healthy. Leave the participant out of "
+                "'variants.predict'"
+            )
+        return self.folder / participant / str(listed["healthy"])
 
     def simulates_emg(self, participant: str) -> bool:
         """Whether the EMG of any configured elevation of a participant is simulated."""
@@ -171,6 +190,7 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     _check_names("prediction.predict_also", also, folder)
     _check_recordings(study)
     _check_conditions(study)
+    _check_variants(study)
     return study
 
 
@@ -237,3 +257,27 @@ def _check_conditions(study: Study) -> None:
                     f"Write one of: {', '.join((*STARTS, *others))}"
                 )
             passed.append(start)
+
+
+def _check_variants(study: Study) -> None:
+    """Refuse predictions of variants, or by conditions, that are not described."""
+    section = study.config["variants"]
+    described = named_variants(section)
+    for name in section["predict"]:
+        if name not in described:
+            raise ConfigError(
+                f"Config key 'variants.predict' names '{name}', which 'variants.named' does not "
+                f"describe. Choose from: {', '.join(described)}"
+            )
+    conditions = study.config["prediction"]["conditions"]
+    people = section["predict"].values()
+    asked = [name for chosen in people for names in chosen.values() for name in names]
+    for name in [*asked, *section["ladder"]["conditions"]]:
+        if name not in conditions:
+            raise ConfigError(
+                f"Config section 'variants' asks for the condition '{name}', which "
+                f"'prediction.conditions' does not describe. Choose from: {', '.join(conditions)}"
+            )
+    for variant in described.values():
+        read_choices({**study.config["model"], **variant.model})
+        ProblemChoices(**variant.problem)

@@ -50,9 +50,10 @@ def small_muscles() -> MuscleParameters:
 def small_parameters() -> np.ndarray:
     """Dynamics parameters of the plausible arm, nearly weightless: three muscles cannot lift it.
 
-    Stops of the girdle are soft: stiff ones give the small problem several optima.
+    Stops of the girdle are soft and its springs linear: stiff ones and exponential ones give the
+    small problem several optima.
     """
-    soft = {"contact_stiffness": 100.0, "stop_stiffness": 0.5}
+    soft = {"contact_stiffness": 100.0, "stop_stiffness": 0.5, "spring_torque": [0.0] * 4}
     return pack(parameters(gravity=[0.01, -0.1, 0.02], mass_load=0.0, **soft))
 
 
@@ -70,7 +71,7 @@ def small_objective(name: str, nodes: int, stability: float) -> Objective:
     return Objective(
         errors=errors,
         reference=errors.reference(small_motion(nodes) + 0.05, 0.5),
-        weights=Weights(stability=stability, regularisation=3e-3, reaction_rate=3e-7),
+        weights=Weights(stability=stability, regularisation=3e-3, reaction_rate=3e-7, anchor=20.0),
         step=STEP,
         glenoid=(0.11, 0.23),
         superior_inferior_share=0.31,

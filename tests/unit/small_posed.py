@@ -14,7 +14,7 @@ from scapulohumeral.stages.posed_problem import (
 GLENOID = {
     "inferior_inclination_deg": 6.0,
     "anterior_version_deg": -3.0,
-    "superior_inferior_factor": 0.4,
+    "superior_inferior_factor": 0.31,
 }
 WEIGHTS = {
     "trajectory_quaternion": 200.0,

@@ -181,8 +181,13 @@ def changed(tmp_path):
     def write(option, key, value):
         names = {"--config": "config.yaml", "--settings": "gap/settings.yaml"}
         content = yaml.safe_load((REPOSITORY / "config" / names[option]).read_text())
+        *sections, last = key.split(".")
+        part = content
+        for section in sections:
+            part = part[section]
+        part[last] = value
         path = tmp_path / "elsewhere.yaml"
-        path.write_text(yaml.safe_dump({**content, key: value}))
+        path.write_text(yaml.safe_dump(content))
         return option, str(path)
 
     return write
@@ -191,7 +196,7 @@ def changed(tmp_path):
 @pytest.mark.parametrize(
     ("option", "key", "value", "said"),
     [
-        ("--config", "masses", "weighed", "key 'masses': 'weighed'; expected 'published' or"),
+        ("--config", "model.masses", "weighed", "key 'model.masses': 'weighed'; expected"),
         ("--config", "mases", "published", "Did you mean 'masses'"),
         ("--settings", "tempreature", 3, "Did you mean 'temperature'"),
         ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
@@ -237,5 +242,5 @@ def test_a_diagnosis_gets_what_it_is_said_to_depend_on(case_folder, seen, monkey
 
     monkeypatch.setattr(cli, "_inference", diagnosed)
     assert diagnose(case_folder, ["lift_r1.csv"], []) == 0
-    assert set(given[0]) == {"masses", "geometry", "weights", "gap", "prediction"}
+    assert set(given[0]) == {"model", "geometry", "weights", "gap", "prediction"}
     assert "cuff_w2" not in given[0]["prediction"]["conditions"]

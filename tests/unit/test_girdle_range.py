@@ -12,6 +12,7 @@ from scapulohumeral.model.tables import read_tables
 pytestmark = pytest.mark.unit
 
 COORDINATES = read_tables(Path("config/model")).coordinates
+MARGIN_RAD = np.deg2rad(15.0)
 
 
 def frames(clavicle_deg, glenohumeral_deg):
@@ -24,7 +25,7 @@ def frames(clavicle_deg, glenohumeral_deg):
 def test_range_is_widened_to_the_recording_and_no_further():
     angles = frames([10.0, 20.0, 40.0], [0.0, 40.0, 80.0])
     angles[:, 0], angles[:, 3] = -0.5, np.deg2rad([40.0, 80.0, 20.0])
-    found = girdle_range(COORDINATES, angles)
+    found = girdle_range(COORDINATES, angles, "hanging", MARGIN_RAD)
     base = COORDINATES["SC_y"]
     assert found["SC_y"] == [base.min_rad, base.max_rad]
     np.testing.assert_allclose(np.rad2deg(found["AC_y"]), [20.0, 80.0])
@@ -34,13 +35,22 @@ def test_range_is_widened_to_the_recording_and_no_further():
 def test_depression_ends_where_the_clavicle_is_while_the_arm_hangs():
     """Not where it is lowest: the clavicle of this recording dips once the arm is up."""
     angles = frames([2.0, 3.0, 4.0, 12.0, -6.0], [0.0, 0.5, -0.5, 60.0, 90.0])
-    found = girdle_range(COORDINATES, angles)
+    found = girdle_range(COORDINATES, angles, "hanging", MARGIN_RAD)
     np.testing.assert_allclose(np.rad2deg(found["SC_z"][0]), 3.0)
 
 
 def test_depression_ends_no_higher_than_in_the_base_model():
-    found = girdle_range(COORDINATES, frames([12.0, 14.0], [0.0, 50.0]))
+    found = girdle_range(COORDINATES, frames([12.0, 14.0], [0.0, 50.0]), "hanging", MARGIN_RAD)
     assert found["SC_z"][0] == COORDINATES["SC_z"].min_rad
+
+
+def test_wide_stops_lie_a_margin_beyond_everything_recorded():
+    """Also where the clavicle is lowest, so that they bear nothing while the arm moves."""
+    angles = frames([2.0, 3.0, 40.0, -6.0], [0.0, 0.5, 60.0, 90.0])
+    found = girdle_range(COORDINATES, angles, "wide", MARGIN_RAD)
+    np.testing.assert_allclose(np.rad2deg(found["SC_z"]), [-21.0, 55.0])
+    base = COORDINATES["SC_y"]
+    np.testing.assert_allclose(found["SC_y"][0], base.min_rad - MARGIN_RAD)
 
 
 def test_elevation_is_the_angle_between_the_long_axes():

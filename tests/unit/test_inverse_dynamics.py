@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.opensim_sampling import inverse_dynamics
 from scapulohumeral.model.participant import read_participant
@@ -30,8 +31,8 @@ def torques(tmp_path_factory, equations_folder):
     folder = tmp_path_factory.mktemp("torques")
     tables = read_tables(REPOSITORY / "config" / "model")
     participant = read_participant(REPOSITORY / "config" / "participants", "par2")
-    model = participant_model(tables, participant)
-    record = model_record(model, participant, tables, "published")
+    model = participant_model(tables, participant, ModelChoices())
+    record = model_record(model, participant, tables, ModelChoices())
     (folder / "record.json").write_text(json.dumps(record))
     rng = np.random.default_rng(1)
     recorded = recorded_angles(participant)

@@ -15,6 +15,7 @@ import pytest
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model import opensim_sampling as sampling
+from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_file import list_participants
 from scapulohumeral.model.pose_region import Region, draw_poses, recorded_poses
@@ -49,12 +50,12 @@ def participant():
 
 @pytest.fixture(scope="module")
 def model(participant):
-    return om.participant_model(TABLES, participant)
+    return om.participant_model(TABLES, participant, ModelChoices())
 
 
 @pytest.fixture(scope="module")
 def record(model, participant):
-    return om.model_record(model, participant, TABLES, "published")
+    return om.model_record(model, participant, TABLES, ModelChoices())
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +110,7 @@ def test_scaled_fibre_and_tendon_are_the_published_ones():
 
 
 def test_anthropometric_arm_is_a_fraction_of_body_mass(participant):
-    model = om.participant_model(TABLES, participant, "anthropometric")
+    model = om.participant_model(TABLES, participant, ModelChoices(masses="anthropometric"))
     masses = {body.getName(): body.getMass() for body in model.getBodySet()}
     # De Leva 1996: upper arm 2.71 % of a man, 2.55 % of a woman; 83 kg on average.
     assert masses["humerus_r"] == pytest.approx(83.0 * (0.0271 + 0.0255) / 2)
@@ -303,3 +304,71 @@ def test_joint_without_coordinates_is_refused():
     joint = TABLES.joints["hu"]
     with pytest.raises(ModelError, match="joint hu: type 'rotation' with 0 coordinates"):
         om._joint(om.build_model(TABLES), joint, [])
+
+
+def test_published_masses_divided_are_those_of_the_authors_program(participant):
+    # Printed by par-opt 8d1f8a6 of the published simulations, par2: clavicle to hand [kg].
+    printed = [0.16594, 0.75033, 2.18260, 0.58120, 0.58120, 0.55844]
+    model = om.participant_model(TABLES, participant, ModelChoices(masses="divided"))
+    masses = {body.getName(): body.getMass() for body in model.getBodySet()}
+    names = ("clavicle_r", "scapula_r", "humerus_r", "ulna_r", "radius_r", "hand_r")
+    np.testing.assert_allclose([masses[name] for name in names], printed, atol=6e-6)
+
+
+def test_rescaled_serratus_keeps_its_normalised_length_in_the_default_pose(participant):
+    """And the path is shorter: without rescaling, fibres there would be shorter by as much."""
+    names = [name for name in TABLES.active_muscles if name.startswith("serr_ant")]
+    scaled = om.build_model(TABLES)
+    om.scale_model(scaled, participant)
+    om.lock_pronation(scaled, np.deg2rad(120.0))
+    flat = scaled.clone()
+    flat.finalizeConnections()
+    om.flatten_thorax_surfaces(flat, participant, TABLES, True)
+    lengths = [om._default_lengths(model, names) for model in (scaled, flat)]
+    assert (lengths[1] < lengths[0] - 1e-3).sum() >= 3
+    fibres = []
+    for model, length in zip((scaled, flat), lengths, strict=True):
+        muscles = [model.getMuscles().get(name) for name in names]
+        slack = np.array([muscle.getTendonSlackLength() for muscle in muscles])
+        fibres.append((length - slack) / [muscle.getOptimalFiberLength() for muscle in muscles])
+    np.testing.assert_allclose(fibres[0], fibres[1], rtol=1e-12)
+
+
+def test_common_range_stretches_every_upward_rotator_alike(participant):
+    rule = TABLES.constants["fibre_adjustment"]
+    model = om.participant_model(TABLES, participant, ModelChoices(fibres="common_range"))
+    names = list(TABLES.muscles)
+    planes = [participant.trial(plane) for plane in ("frontal", "scapular", "sagittal")]
+    angles = np.concatenate([trial.motion.angles_rad for trial in planes])
+    longest = sampling.muscle_lengths(model, angles, names).max(axis=0)
+    for name, length in zip(names, longest, strict=True):
+        muscle = model.getMuscles().get(name)
+        fibre = (length - muscle.getTendonSlackLength()) / muscle.getOptimalFiberLength()
+        if TABLES.muscles[name].group in rule["common_range_muscles"]:
+            assert fibre == pytest.approx(rule["max_normalised_length"], abs=1e-9), name
+        assert fibre <= rule["max_normalised_length"] + 1e-9, name
+
+
+def test_published_fibres_are_the_printed_ones_of_par2(participant):
+    # Printed by the validation notebook 5fac288 of the published simulations [m], [N].
+    printed = {
+        "serr_ant_1": 0.0974,
+        "serr_ant_2": 0.1175,
+        "rhomboid_5": 0.1390,
+        "ter_min_2": 0.0584,
+        "bic_l": 0.1231,
+        "lev_scap_1": 0.1397,
+        "trap_scap_6": 0.0791,
+    }
+    model = om.participant_model(TABLES, participant, ModelChoices(fibres="published"))
+    for name, length in printed.items():
+        muscle = model.getMuscles().get(name)
+        assert muscle.getOptimalFiberLength() == pytest.approx(length, abs=1.1e-4), name
+    assert model.getMuscles().get("bic_l").getMaxIsometricForce() == 47.0
+
+
+def test_serratus_path_as_scaled_keeps_the_surface(participant):
+    model = om.participant_model(TABLES, participant, ModelChoices(serratus_path="as_scaled"))
+    record = om.model_record(model, participant, TABLES, ModelChoices(serratus_path="as_scaled"))
+    surface = next(w for w in record["wrap_objects"] if w["name"] == "serr_ant")
+    np.testing.assert_allclose(surface["dimensions_m"], surface["scaled_dimensions_m"])

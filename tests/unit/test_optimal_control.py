@@ -1,5 +1,7 @@
 """The optimal control problem: derivatives by differences, opty's layout, cold and warm solves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -13,11 +15,13 @@ from small_arm import (
 )
 
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.rotations import quaternion_multiply
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp import problem as ocp_problem
+from scapulohumeral.ocp.kkt import certificate
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Weights
-from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
@@ -127,10 +131,51 @@ def test_free_vector_is_laid_out_as_opty_does(make, point):
 def test_bounds_reach_the_right_unknowns(make, point):
     problem = make()
     low, high = problem.layout.split(problem.lower_bound), problem.layout.split(problem.upper_bound)
-    expected = {"a": (0, 1), "e": (0, 1), "reaction": (-2e4, 2e4), "u": (-40, 40)}
+    expected = {"a": (0, 1), "e": (0, 1), "reaction": (-5e3, 5e3), "u": (-40, 40)}
     for kind, (least, most) in expected.items():
         assert (getattr(low, kind) == least).all()
         assert (getattr(high, kind) == most).all()
+
+
+def test_clavicle_is_anchored_at_both_ends_only(make, point):
+    problem = make()
+    objective = problem.objective_function
+    if "anchor" not in objective.errors.groups:
+        pytest.skip("Euler angles have no anchor")
+    x = problem.trajectory(point)
+
+    def cost(node):
+        q = x.q.copy()
+        q[node, :4] = np.roll(q[node, :4], 1)
+        moved = objective.terms(replace(x, q=q))["anchor"]
+        return abs(moved - objective.terms(x)["anchor"])
+
+    assert min(cost(0), cost(-1)) > 1e-3
+    assert max(cost(node) for node in range(1, len(x.q) - 1)) == 0.0
+    # The authors' weight: that of tracking times a whole interval times sin^2 of half the angle.
+    unit = x.q[0, :4] / np.linalg.norm(x.q[0, :4])
+    q = x.q.copy()
+    q[0, :4] = quaternion_multiply(unit, [np.cos(0.1), np.sin(0.1), 0.0, 0.0])
+    reference = objective.reference.copy()
+    reference[:, -4:] = [unit, *[q[-1, :4]] * (len(q) - 1)]
+    anchored = replace(objective, reference=reference).terms(replace(x, q=q))["anchor"]
+    expected = objective.weights.anchor * objective.step * np.sin(0.1) ** 2
+    assert anchored == pytest.approx(expected, rel=1e-9)
+
+
+def test_chosen_bounds_reach_the_right_unknowns(make, equations):
+    coordinates = equations.number_of_coordinates
+    box = np.stack([-1.0 - np.arange(coordinates), 2.0 + np.arange(coordinates)])
+    bounds = Bounds(compression=(0.0, 1600.0), coordinates=box, ends_at_rest=True)
+    problem = make(bounds=bounds)
+    low, high = problem.layout.split(problem.lower_bound), problem.layout.split(problem.upper_bound)
+    np.testing.assert_array_equal(low.q, np.tile(box[0], (NODES, 1)))
+    np.testing.assert_array_equal(high.q, np.tile(box[1], (NODES, 1)))
+    np.testing.assert_allclose(high.reaction[0], [1600.0, 5e3, 5e3])
+    np.testing.assert_allclose(low.reaction[0], [0.0, -5e3, -5e3])
+    np.testing.assert_array_equal(low.u[[0, -1]], 0.0)
+    np.testing.assert_array_equal(high.u[[0, -1]], 0.0)
+    assert (high.u[1:-1] == 40.0).all()
 
 
 def test_terms_sum_to_the_objective(make, point):
@@ -161,29 +206,37 @@ def cold_start(make):
     return Start(problem.layout.join(guess))
 
 
-@pytest.mark.parametrize("unit", [1.0, 1000.0])
-def test_unit_of_the_reaction_changes_no_result(make, cold_start, monkeypatch, unit):
-    def optimum(newtons, start):
-        monkeypatch.setattr(ocp_problem, "REACTION_UNIT_N", newtons)
-        problem = make(nodes=12, stability=0.2)
-        start = Start(problem.layout.join(start))
-        result = solve(
-            lambda mode: make(mode, nodes=12, stability=0.2),
-            start,
-            SolverSettings(tolerance=1e-9),
-        )
-        assert result.optimal, result.message
-        low = problem.layout.split(problem.lower_bound).reaction
-        return result.objective, problem.trajectory(result.point.free), low
+@pytest.mark.parametrize("unit", [10.0, 1000.0])
+def test_optimum_is_one_whatever_the_unit_of_the_reaction(make, cold_start, monkeypatch, unit):
+    """The optimum found in one unit is certified in another, with its multipliers turned over."""
+    problem = make(nodes=12, stability=0.2)
+    start = Start(problem.layout.join(make(nodes=12).trajectory(cold_start.free)))
+    settings = SolverSettings(tolerance=1e-9)
+    result = solve(lambda mode: make(mode, nodes=12, stability=0.2), start, settings)
+    assert result.optimal, result.message
+    point, ratio = result.point, unit / REACTION_UNIT_N
+    x = problem.trajectory(point.free)
 
-    cold = make(nodes=12).trajectory(cold_start.free)
-    objective, x, bound = optimum(REACTION_UNIT_N, cold)
-    # From the same cold start another scaling may lead to another local optimum.
-    other_objective, other, other_bound = optimum(unit, x)
-    np.testing.assert_allclose(other_bound, bound, rtol=1e-14)
-    assert other_objective == pytest.approx(objective, rel=1e-8)
-    np.testing.assert_allclose(other.reaction, x.reaction, atol=1e-4 * np.abs(x.reaction).max())
-    np.testing.assert_allclose(other.q, x.q, atol=1e-5)
+    monkeypatch.setattr(ocp_problem, "REACTION_UNIT_N", unit)
+    other = make(nodes=12, stability=0.2)
+    layout, nq = other.layout, problem.layout.coordinates
+    assert layout.reaction_unit_N == unit
+    rows = slice((nq + 10) * (layout.nodes - 1), (nq + 13) * (layout.nodes - 1))
+    multipliers = point.multipliers.copy()
+    multipliers[rows] *= ratio
+    lower, upper = point.lower.copy(), point.upper.copy()
+    places = layout.index("reaction", np.arange(3), np.arange(layout.nodes))
+    lower[places] *= ratio
+    upper[places] *= ratio
+    same = Start(layout.join(x), multipliers, lower, upper)
+    assert other.objective(same.free) == pytest.approx(result.objective, rel=1e-12)
+    proof = certificate(other, same)
+    assert proof.unscaled.stationarity < 1e-6 * max(ratio, 1.0)
+    assert proof.unscaled.feasibility < 1e-7 * max(1.0 / ratio, 1.0)
+    assert proof.reduced_hessian_positive
+    for name in ("lower_bound", "upper_bound"):
+        bounds = [p.layout.split(getattr(p, name)).reaction for p in (problem, other)]
+        np.testing.assert_allclose(*bounds, rtol=1e-14)
 
 
 def test_automatic_and_limited_memory_reach_the_same_optimum(make, cold_start):

@@ -119,7 +119,7 @@ def test_solution_is_stored_in_physical_terms(quaternion_equations, tmp_path):
     summary = json.loads(paths[1].read_text(encoding="utf-8"))
     assert (summary["status"], summary["trial"], summary["more"]) == ("optimal", "slow", 1)
     assert sum(summary["terms"].values()) == pytest.approx(result.objective, rel=1e-6)
-    assert summary["rmse_thoracohumeral_deg"] < 5.0
+    assert summary["rmse_thoracohumeral_deg"] < 8.0
 
 
 def test_solve_with_scalers_starts_from_generic_muscles(quaternion_equations):

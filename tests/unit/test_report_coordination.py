@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,6 @@ from scapulohumeral.report.chapters import calibration_chapter, prediction_chapt
 from scapulohumeral.report.comparison import comparison, published_plane, published_rhythm_table
 from scapulohumeral.report.coordination import Cases, Coordination, CoordinationFiles
 from scapulohumeral.report.coordination_targets import (
-    _change,
     channel_reductions,
     coordination_verdicts,
     smallest_stable_weight,
@@ -176,8 +174,6 @@ def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
     assert not one("predictions: solves").holds
     assert one("predictions: solves").worse == ("par2 cuff_w2",)
     assert one("certificate").holds
-    assert one("peak upward rotation").holds
-    assert "3 of 3" in one("peak upward rotation").value
 
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
@@ -279,19 +275,3 @@ def test_band_ends_with_its_statistics() -> None:
 
 def test_no_files_are_no_results() -> None:
     assert not any(vars(CoordinationFiles()).values())
-
-
-def test_a_rhythm_without_value_misses_and_says_so():
-    def case(name):
-        return SimpleNamespace(condition=SimpleNamespace(name=name))
-
-    cases = SimpleNamespace(healthy=case("healthy"), cuff=case("cuff"))
-    study = SimpleNamespace(cases={"par2": cases})
-    rhythm = {
-        "healthy": {"frontal": 2.0, "scapular": 2.0, "sagittal": 2.0},
-        "cuff": {"frontal": 2.5, "scapular": float("nan"), "sagittal": 1.5},
-    }
-    verdict = _change(study, "rhythm", "rises", lambda _, name: rhythm[name], falls=False)
-    assert not verdict.holds
-    assert verdict.value == "1 of 3; changes -0.50 to +0.50"
-    assert verdict.worse == ("par2 scapular: no ratio, see its note", "par2 sagittal -0.50")

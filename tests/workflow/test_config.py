@@ -87,9 +87,11 @@ def test_quick_study_differs_in_selection_only(repository: Path) -> None:
         "planes",
         "formulations",
         "prediction",
+        "variants",
         "validation",
         "diagnose",
     }
     assert quick.keys() <= selections
     assert quick["prediction"].keys() <= {"predict", "predict_also"}
+    assert quick["variants"].keys() <= {"predict"}
     assert quick["validation"].keys() <= {"tasks"}

@@ -104,7 +104,7 @@ def test_wrong_value_is_refused(
     assert named in result.stdout
 
 
-@pytest.mark.parametrize(("section", "key"), [(None, "masses"), ("solve", "tolerance")])
+@pytest.mark.parametrize(("section", "key"), [(None, "model"), ("solve", "tolerance")])
 def test_missing_key_is_refused(
     snakemake: Run, repository: Path, tmp_path: Path, section: str | None, key: str
 ) -> None:

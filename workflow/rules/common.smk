@@ -6,6 +6,7 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
+from scapulohumeral.stages import variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
 
@@ -14,6 +15,8 @@ wildcard_constraints:
     trial="[a-z0-9_]+",
     condition="[a-z0-9_]+",
     muscles="generic|calibrated",
+    variant="[a-z][a-z0-9_]*",
+    model="[a-z_]+(-[a-z_]+)+",
     formulation="quaternion|euler",
 
 
@@ -112,6 +115,91 @@ def prediction_table(name):
 def emg_results(pattern):
     """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
     return paths_of(pattern, STUDY.with_emg(), "trial")
+
+
+VARIANTS = variants.named_variants(config["variants"])
+
+
+def variant_model_of(variant):
+    """Name of the model of a variant, None where it is the study's own."""
+    return variants.model_name(config["model"], VARIANTS[variant].model)
+
+
+def model_choices(name):
+    """Choices of a model by its name."""
+    return dict(zip(config["model"], name.split("-"), strict=True))
+
+
+def variant_files(wildcards):
+    """Model, muscle geometry and arm of a variant."""
+    participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
+    own = variant_model_of(wildcards.variant)
+    geometry = geometry_model(own)
+    files = {
+        "model": (
+            f"results/variants/models/{own}/{participant}.json"
+            if own
+            else f"results/models/{participant}.json"
+        ),
+        "geometry": (
+            f"results/variants/geometry/{geometry}/{participant}/quaternion.npz"
+            if geometry
+            else f"results/muscle_geometry/{participant}/quaternion.npz"
+        ),
+    }
+    if variant.problem.get("arm", "own") == "published":
+        files["arm"] = published_composite(participant)
+    return files
+
+
+def geometry_model(name):
+    """Model whose muscle paths a model has: the study's, but for the surface under serratus.
+
+    None where the paths are the study's own.
+    """
+    path = model_choices(name)["serratus_path"] if name else config["model"]["serratus_path"]
+    return variants.model_name(config["model"], {"serratus_path": path})
+
+
+def published_composite(participant):
+    """Published healthy prediction of a participant, whose arm a variant follows."""
+    return str(STUDY.published_composite(participant))
+
+
+def variant_inputs(wildcards):
+    """What a variant's prediction is made from, beside what it shares with the study."""
+    condition = config["prediction"]["conditions"][wildcards.condition]
+    inputs = variant_files(wildcards)
+    if condition["parameters"] == "calibrated":
+        inputs["calibration"] = scalers_of(wildcards.participant)
+    if condition["start"] not in ("tracking", "direct"):
+        inputs["neighbour"] = (
+            f"results/variants/{wildcards.variant}/{wildcards.participant}/{condition['start']}.npz"
+        )
+    return inputs
+
+
+def variant_results(pattern):
+    """Paths of all configured predictions of variants."""
+    return [
+        path
+        for variant, people in config["variants"]["predict"].items()
+        for participant, conditions in people.items()
+        if participant in config["participants"]
+        for path in expand(pattern, variant=variant, participant=participant, condition=conditions)
+    ]
+
+
+def ladder_results(pattern):
+    """Paths of all rungs of the ladder, the variant that it starts from first."""
+    settings = config["variants"]["ladder"]
+    named = {name: VARIANTS[name] for name in (variants.STUDY, settings["start"])}
+    return expand(
+        pattern,
+        variant=[settings["start"], *variants.ladder(named, settings)],
+        participant=settings["participant"],
+        condition=settings["conditions"],
+    )
 
 
 def validation_results(pattern):

@@ -25,7 +25,7 @@ rule build_participant_model:
         "results/benchmarks/build_participant_model/{participant}.jsonl"
     priority: 3
     params:
-        masses=lookup(within=config, dpath="masses"),
+        choices=lookup(within=config, dpath="model"),
     threads: 1
     message:
         "Scaled model of participant {wildcards.participant}"

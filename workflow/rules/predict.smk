@@ -31,6 +31,7 @@ rule solve_prediction:
         guidance=lookup(within=config, dpath="prediction/guidance"),
         capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
         condition=condition_of,
+        problem={},
     threads: 1
     resources:
         mem_mb=4000,

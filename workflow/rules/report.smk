@@ -54,6 +54,9 @@ rule render_report:
         ),
         prediction_summary=prediction_table("summary"),
         rhythm=prediction_table("shr"),
+        against_recording=prediction_table("against_recording"),
+        against_published=prediction_table("against_published"),
+        targets=["config/targets.yaml"],
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=config["participants"],

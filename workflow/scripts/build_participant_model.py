@@ -7,6 +7,7 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
+from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.opensim_model import model_record, participant_model, write_osim
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.tables import read_tables
@@ -14,9 +15,9 @@ from scapulohumeral.model.tables import read_tables
 tables = read_tables(Path(snakemake.input.tables[0]).parent)
 folder = Path(snakemake.input.participant).parent
 participant = read_participant(folder.parent, folder.name)
-masses = snakemake.params.masses
+choices = read_choices(snakemake.params.choices)
 
-model = participant_model(tables, participant, masses)
-record = model_record(model, participant, tables, masses)
+model = participant_model(tables, participant, choices)
+record = model_record(model, participant, tables, choices)
 Path(snakemake.output.model).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 write_osim(model, Path(snakemake.output.osim))

@@ -14,9 +14,10 @@ from scapulohumeral.stages.prediction import (
     PredictionSettings,
     solve_prediction,
 )
+from scapulohumeral.stages.problem_choices import ProblemChoices
 
 chosen = dict(snakemake.params.condition)
-optional = {key: snakemake.input.get(key) for key in ("calibration", "neighbour")}
+optional = {key: snakemake.input.get(key) for key in ("calibration", "neighbour", "arm")}
 solve_prediction(
     condition=Condition(
         name=snakemake.wildcards.condition, **{**chosen, "muscles": tuple(chosen["muscles"])}
@@ -32,6 +33,8 @@ solve_prediction(
         pause_s=snakemake.params.pause_s,
         guidance=tuple(snakemake.params.guidance),
         capacity_steps=tuple(snakemake.params.capacity_steps),
+        choices=ProblemChoices(**snakemake.params.problem),
+        variant=snakemake.wildcards.get("variant", "study"),
     ),
     solution=(Path(snakemake.output.solution), Path(snakemake.output.summary)),
     solver_log=Path(snakemake.log.solver),

@@ -6,7 +6,7 @@ Every key is required but those with a default here: the file is the one place o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from scapulohumeral.configuration.fields import (
     Angles,
@@ -22,8 +22,23 @@ from scapulohumeral.configuration.fields import (
     Whole,
     key,
 )
+from scapulohumeral.model.choices import Fibres, GirdleStops, Masses, SerratusPath
 
 Conditions = Annotated[list[ConditionName], Once]
+
+
+@dataclass(frozen=True)
+class Model(Section):
+    """The OpenSim model of every participant."""
+
+    masses: Annotated[Masses, key("Source of the segment masses [no unit].")]
+    serratus_path: Annotated[
+        SerratusPath, key("Surface under serratus anterior and what follows it [no unit].")
+    ]
+    fibres: Annotated[Fibres, key("Rule or table of the optimal fibre lengths [no unit].")]
+    girdle_stops: Annotated[
+        GirdleStops, key("Where the stops of clavicle and scapula are [no unit].")
+    ]
 
 
 @dataclass(frozen=True)
@@ -251,6 +266,10 @@ class Prediction(Section):
         Whole,
         key("Iterations after which a solve of a prediction counts as failed [1].", ge=1, le=20000),
     ]
+    audit_every: Annotated[
+        Whole,
+        key("Every so manyth node of a prediction is audited against OpenSim [1].", ge=1, le=1000),
+    ]
     guidance: Annotated[
         list[Share], key("Shares of the tracking weight on the way from tracking to zero [1].")
     ]
@@ -261,6 +280,44 @@ class Prediction(Section):
         dict[ConditionName, Condition],
         key("Shoulders that can be predicted, by name [no unit].", min_length=1),
     ]
+
+
+@dataclass(frozen=True)
+class Variant(Section):
+    """Choices of one variant."""
+
+    model: Annotated[dict[str, str], key("Keys of section model with other words [no unit].")]
+    problem: Annotated[
+        dict[str, Any], key("Choices of the optimal control problem, each in its own unit.")
+    ]
+
+
+@dataclass(frozen=True)
+class Ladder(Section):
+    """Rungs between a variant and the study."""
+
+    start: Annotated[str, key("Variant that the ladder starts from [no unit].")]
+    participant: Annotated[FolderName, key("Participant of every rung [no unit].")]
+    conditions: Annotated[Conditions, key("Conditions of every rung [no unit].")]
+    steps: Annotated[
+        dict[ConditionName, list[str]],
+        key("Choices that each step takes back, in order [no unit]."),
+    ]
+
+
+@dataclass(frozen=True)
+class Variants(Section):
+    """Variants of model and problem beside the study's own."""
+
+    named: Annotated[
+        dict[ConditionName, Variant],
+        key("Choices that differ from the study's own, by name of the variant [no unit]."),
+    ]
+    predict: Annotated[
+        dict[ConditionName, dict[FolderName, Conditions]],
+        key("Conditions to predict by variant and participant [no unit]."),
+    ]
+    ladder: Annotated[Ladder, key("Rungs between a variant and the study.")]
 
 
 @dataclass(frozen=True)
@@ -353,9 +410,7 @@ class StudyConfig(Section):
         key("Coordinates of the spherical joints [no unit].", min_length=1),
         Once,
     ]
-    masses: Annotated[
-        Literal["published", "anthropometric"], key("Source of the segment masses [no unit].")
-    ]
+    model: Annotated[Model, key("The OpenSim model of every participant.")]
     geometry: Annotated[
         Geometry, key("Sampling of the muscle lengths and their fit by smooth functions.")
     ]
@@ -367,6 +422,7 @@ class StudyConfig(Section):
     prediction: Annotated[
         Prediction, key("Prediction of scapula and clavicle from the motion of the humerus.")
     ]
+    variants: Annotated[Variants, key("Variants of model and problem beside the study's own.")]
     emg: Annotated[Emg, key("Electromyography (EMG).")]
     diagnose: Annotated[
         list[FolderName],

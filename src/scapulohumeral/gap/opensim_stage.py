@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
@@ -42,8 +43,9 @@ def build(folder: Path) -> None:
     participant = read_participant(folder, CASE)
     shaping = {name: participant.trial(name) for name in settings["shaping_trials"]}
     shaper = replace(participant, trials=shaping)
-    model = participant_model(tables, shaper, settings["masses"])
-    record = model_record(model, shaper, tables, settings["masses"])
+    choices = ModelChoices(masses=settings["masses"])
+    model = participant_model(tables, shaper, choices)
+    record = model_record(model, shaper, tables, choices)
     set_masses(record["segments"], settings["segment_mass_kg"])
     (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 

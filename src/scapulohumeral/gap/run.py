@@ -113,7 +113,7 @@ def read_case(request: Request, config: Config) -> Case:
     ConfigError, DataError           names file, row, column, what was expected, and the remedy
     """
     path = request.participant or find_participant(request.tests)
-    file = read_participant_file(path, config["masses"])
+    file = read_participant_file(path, config["model"]["masses"])
     check_groups(file.participant, MODEL_TABLES)
     notes: list[str] = []
     sides: list[list[GapTrial]] = []

@@ -1,9 +1,13 @@
 """Ranges of the clavicle and scapula coordinates of a participant, beyond which joints resist.
 
 DAS3's ranges are those of one body. A participant's own recorded motion lies inside the
-participant's range, so each is widened to it, but for the lower end of clavicle elevation (SC_z):
-with relaxed muscles the capsule of the sternoclavicular joint carries the hanging girdle (Bearn
-1967, J Anat 101: 159-170), so that range ends where the clavicle is while the arm hangs.
+participant's range, so each is widened to it, and there are two kinds of stops (``ModelChoices``):
+
+wide     every end lies a margin beyond what was recorded. Stops are a fence then, against motion
+         that no shoulder makes, and bear nothing while the arm moves.
+hanging  the recorded ends themselves, but for the lower end of clavicle elevation (SC_z): with
+         relaxed muscles the capsule of the sternoclavicular joint carries the hanging girdle (Bearn
+         1967, J Anat 101: 159-170), so that range ends where the clavicle is while the arm hangs.
 
 Letters: F recorded frames.
 """
@@ -25,21 +29,27 @@ DEPRESSION = "SC_z"
 HANGING_RAD = np.deg2rad(5.0)
 
 
-def girdle_range(coordinates: Mapping[str, Coordinate], angles: Array) -> dict[str, list[float]]:
+def girdle_range(
+    coordinates: Mapping[str, Coordinate], angles: Array, stops: str, margin_rad: float
+) -> dict[str, list[float]]:
     """Least and largest angle [rad] of the six coordinates of SC and AC.
 
     Parameters
     ----------
     coordinates : of the base model, by name
     angles : (F, 10) [rad]           all recorded frames, in the order of ``rotations.ANGLE_NAMES``
+    stops : "wide" or "hanging"
+    margin_rad : how far wide stops lie beyond DAS3's range and the recorded one
     """
+    margin = margin_rad if stops == "wide" else 0.0
     elevation = arm_elevation(angles)
     hanging = elevation <= elevation.min() + HANGING_RAD
     ranges = {}
     for name, own in zip(GIRDLE, angles[:, : len(GIRDLE)].T, strict=True):
         base = coordinates[name]
-        least = np.median(own[hanging]) if name == DEPRESSION else own.min()
-        ranges[name] = [min(base.min_rad, float(least)), max(base.max_rad, float(own.max()))]
+        held = stops == "hanging" and name == DEPRESSION
+        least = min(base.min_rad, float(np.median(own[hanging]) if held else own.min()))
+        ranges[name] = [least - margin, max(base.max_rad, float(own.max())) + margin]
     return ranges
 
 

@@ -9,14 +9,16 @@ class, it scales optimal fibre and tendon slack lengths with the path. This modu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import opensim
 from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.girdle_range import girdle_range
 from scapulohumeral.model.opensim_sampling import muscle_lengths
 from scapulohumeral.model.participant import Participant
@@ -32,8 +34,6 @@ from scapulohumeral.model.tables import (
     WrapObject,
 )
 from scapulohumeral.model.thorax_clearance import attachment_levels, segment_frames
-
-Masses = Literal["published", "anthropometric"]
 
 MODEL_SCHEMA = "model/1"
 PRONATION = "PS_y"
@@ -53,7 +53,7 @@ opensim.Logger.setLevelString("error")
 
 
 def participant_model(
-    tables: ModelTables, participant: Participant, masses: Masses = "published"
+    tables: ModelTables, participant: Participant, choices: ModelChoices
 ) -> opensim.Model:
     """The model of a participant: built, scaled, fibres adjusted, forearm locked.
 
@@ -61,7 +61,7 @@ def participant_model(
     ----------
     tables : ModelTables
     participant : Participant
-    masses : "published" (as the published scaled model) or "anthropometric" (de Leva 1996)
+    choices : ModelChoices
 
     Returns
     -------
@@ -69,11 +69,18 @@ def participant_model(
     """
     model = build_model(tables)
     scale_model(model, participant)
-    if masses == "anthropometric":
+    if choices.masses == "anthropometric":
         set_anthropometric_masses(model, participant, tables)
+    elif choices.masses == "divided":
+        divide_masses(model, tables.constants["authors_masses"]["divisor"])
     lock_pronation(model, np.deg2rad(tables.constants["forearm"]["pronation_deg"]))
-    flatten_thorax_surfaces(model, participant, tables)
-    lengthen_fibres(model, participant, tables)
+    if choices.serratus_path != "as_scaled":
+        follow = choices.serratus_path == "flattened_rescaled"
+        flatten_thorax_surfaces(model, participant, tables, follow)
+    if choices.fibres == "published":
+        set_published_fibres(model, tables)
+    else:
+        adjust_fibres(model, participant, tables, choices.fibres == "common_range")
     model.setGravity(_vec3(participant.gravity_mps2))
     model.setName(participant.name)
     model.finalizeConnections()
@@ -251,6 +258,14 @@ def set_anthropometric_masses(
             bodies.get(segment).scaleMass(float(ratio))
 
 
+def divide_masses(model: opensim.Model, divisor: float) -> None:
+    """Divide masses and inertias of clavicle, scapula and arm by a number."""
+    bodies = model.updBodySet()
+    for segment in SCALED_SEGMENTS:
+        if segment != "thorax":
+            bodies.get(segment).scaleMass(1.0 / divisor)
+
+
 def body_mass(participant: Participant, tables: ModelTables) -> tuple[float, str]:
     """Body mass [kg] and its source: the participant, or else the mean of all participants."""
     if participant.body_mass_kg is not None:
@@ -266,7 +281,7 @@ def lock_pronation(model: opensim.Model, angle_rad: float) -> None:
 
 
 def flatten_thorax_surfaces(
-    model: opensim.Model, participant: Participant, tables: ModelTables
+    model: opensim.Model, participant: Participant, tables: ModelTables, fibres_follow: bool
 ) -> None:
     """Flatten thorax ellipsoids until the attachments of their muscles stay outside when recorded.
 
@@ -276,13 +291,18 @@ def flatten_thorax_surfaces(
     constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size. Where a
     recording puts a bone so deep into the thorax that no depth is enough, all radii shrink.
 
+    If `fibres_follow`, slack and optimal lengths of muscles change with their path in the default
+    pose, in which OpenSim scales them, too: normalised fibre lengths there stay what they were.
+
     Raises
     ------
     ModelError                       if an attachment comes close to the centre of the thorax
     """
     rule = tables.constants["wrap_clearance"]
-    record = model_record(model, participant, tables, "published")
+    record = model_record(model, participant, tables, ModelChoices())
     poses = recorded_poses(participant)
+    names = list(tables.muscles)
+    scaled = _default_lengths(model, names)
     for name in attachment_levels(record, poses):
         wrap = next(w for w in record["wrap_objects"] if w["name"] == name)
 
@@ -298,6 +318,16 @@ def flatten_thorax_surfaces(
             )
         surface = model.updBodySet().get("thorax").upd_WrapObjectSet().get(name)
         opensim.WrapEllipsoid.safeDownCast(surface).set_dimensions(_vec3(radii.tolist()))
+    if fibres_follow:
+        for name, ratio in zip(names, _default_lengths(model, names) / scaled, strict=True):
+            muscle = model.updMuscles().get(name)
+            muscle.setOptimalFiberLength(float(ratio) * muscle.getOptimalFiberLength())
+            muscle.setTendonSlackLength(float(ratio) * muscle.getTendonSlackLength())
+
+
+def _default_lengths(model: opensim.Model, names: Sequence[str]) -> Array:
+    """Muscle-tendon lengths (M,) [m] with all coordinates at their defaults."""
+    return muscle_lengths(model, np.empty((1, 0)), names, ())[0]
 
 
 def _clear_radii(
@@ -320,10 +350,14 @@ def _clear_radii(
     return None
 
 
-def lengthen_fibres(model: opensim.Model, participant: Participant, tables: ModelTables) -> None:
+def adjust_fibres(
+    model: opensim.Model, participant: Participant, tables: ModelTables, common: bool
+) -> None:
     """Lengthen optimal fibres that the recorded motions would stretch beyond a limit.
 
-    Limit and reason are in constants.yaml, `fibre_adjustment`; daily tasks do not count.
+    If the range is `common`, elements of the upward rotators that stay below the limit are
+    shortened to it. Limit, muscles and reasons are in constants.yaml, `fibre_adjustment`; daily
+    tasks do not count.
     """
     rule = tables.constants["fibre_adjustment"]
     names = list(tables.muscles)
@@ -333,8 +367,22 @@ def lengthen_fibres(model: opensim.Model, participant: Participant, tables: Mode
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)
-        needed = (length - muscle.getTendonSlackLength()) / rule["max_normalised_length"]
-        muscle.setOptimalFiberLength(max(muscle.getOptimalFiberLength(), float(needed)))
+        needed = float(length - muscle.getTendonSlackLength()) / rule["max_normalised_length"]
+        shorten = common and tables.muscles[name].group in rule["common_range_muscles"]
+        if shorten or needed > muscle.getOptimalFiberLength():
+            muscle.setOptimalFiberLength(needed)
+
+
+def set_published_fibres(model: opensim.Model, tables: ModelTables) -> None:
+    """Give the muscles that the authors set by hand their optimal lengths and strengths.
+
+    The table holds them for the base model; optimal lengths follow the scale of the participant.
+    """
+    for name, fibre in tables.published_fibres.items():
+        muscle = model.updMuscles().get(name)
+        scale = muscle.getOptimalFiberLength() / tables.muscles[name].optimal_fibre_length_m
+        muscle.setOptimalFiberLength(scale * fibre.optimal_fibre_length_m)
+        muscle.setMaxIsometricForce(fibre.max_isometric_force_N)
 
 
 def write_osim(model: opensim.Model, path: Path) -> None:
@@ -343,14 +391,14 @@ def write_osim(model: opensim.Model, path: Path) -> None:
 
 
 def model_record(
-    model: opensim.Model, participant: Participant, tables: ModelTables, masses: Masses
+    model: opensim.Model, participant: Participant, tables: ModelTables, choices: ModelChoices
 ) -> dict[str, Any]:
     """All that the equations of motion and the muscles need, as plain data for JSON.
 
     Parameters
     ----------
     model : opensim.Model            as from `participant_model`
-    participant, tables, masses      what it was made from
+    participant, tables, choices     what it was made from
 
     Returns
     -------
@@ -364,7 +412,8 @@ def model_record(
     record: dict[str, Any] = {
         "schema": MODEL_SCHEMA,
         "participant": participant.name,
-        "masses": masses,
+        "masses": choices.masses,
+        "choices": asdict(choices),
         "body_mass_kg": mass,
         "body_mass_source": mass_source,
         "gravity_mps2": list(participant.gravity_mps2),
@@ -375,7 +424,12 @@ def model_record(
             name: {"min_rad": c.min_rad, "max_rad": c.max_rad, "default_rad": c.default_rad}
             for name, c in tables.coordinates.items()
         },
-        "girdle_range_rad": girdle_range(tables.coordinates, recorded_angles(participant)),
+        "girdle_range_rad": girdle_range(
+            tables.coordinates,
+            recorded_angles(participant),
+            choices.girdle_stops,
+            np.deg2rad(constants["girdle_stops"]["margin_deg"]),
+        ),
         "pronation_rad": float(np.deg2rad(constants["forearm"]["pronation_deg"])),
         "markers": {name: _marker_record(model, name) for name in tables.markers},
         "conoid": _conoid_record(model, constants["conoid_ligament"]),

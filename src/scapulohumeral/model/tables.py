@@ -115,11 +115,20 @@ class Muscle:
 
 
 @dataclass(frozen=True)
+class Fibre:
+    """Optimal length and strength of a muscle element."""
+
+    optimal_fibre_length_m: float
+    max_isometric_force_N: float
+
+
+@dataclass(frozen=True)
 class ModelTables:
     """All tables of the model, by name, in the order of the files.
 
     `constants` has the values of constants.yaml, ``constants[section][name]``; `excluded_muscles`
-    the reason for each muscle element that is left out of the simulations.
+    the reason for each muscle element that is left out of the simulations. `published_fibres` are
+    those that the authors of the paper set by hand, for the base model.
     """
 
     segments: Mapping[str, Segment]
@@ -128,6 +137,7 @@ class ModelTables:
     wrap_objects: Mapping[str, WrapObject]
     muscles: Mapping[str, Muscle]
     markers: Mapping[str, Point]
+    published_fibres: Mapping[str, Fibre]
     constants: Mapping[str, Mapping[str, Any]]
     excluded_muscles: Mapping[str, str]
 
@@ -184,6 +194,7 @@ def read_tables(directory: Path) -> ModelTables:
         wrap_objects=_read_wrap_objects(directory / "wrap_objects.csv"),
         muscles=_read_muscles(directory),
         markers=_read_markers(directory / "markers.csv"),
+        published_fibres=_read_published_fibres(directory / "published_fibres.csv"),
         constants=constants,
         excluded_muscles=excluded,
     )
@@ -320,6 +331,13 @@ def _read_markers(path: Path) -> dict[str, Point]:
     }
 
 
+def _read_published_fibres(path: Path) -> dict[str, Fibre]:
+    columns = ("optimal_fibre_length_m", "max_isometric_force_N")
+    table = _Table(path, "muscle", columns)
+    table.unique()
+    return {row[1]["muscle"]: Fibre(*table.numbers(row, *columns)) for row in table.rows}
+
+
 def _read_constants(path: Path) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -368,6 +386,8 @@ def _check_references(tables: ModelTables, directory: Path) -> None:
     _require(wraps, tables.wrap_objects, place, "wrap_objects.csv")
     place = f"{directory}/constants.yaml, excluded_muscles"
     _require(tables.excluded_muscles, tables.muscles, place, "muscles.csv")
+    place = f"{directory}/published_fibres.csv, column muscle"
+    _require(tables.published_fibres, tables.muscles, place, "muscles.csv")
     children = Counter(joint.child for joint in tables.joints.values())
     for segment in tables.segments:
         if children[segment] != 1:

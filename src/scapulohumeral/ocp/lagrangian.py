@@ -140,7 +140,7 @@ class LagrangianHessian:
         values = [
             x_diag[:, self._pairs[0], self._pairs[1]],
             x_cross[:, self._cross_pairs[0], self._cross_pairs[1]],
-            np.repeat((factor * objective.a)[:, None], m, axis=1),
+            np.broadcast_to(factor * objective.a, (n, m)),
             _to_nodes(e_e)
             + factor * objective.rate_e * ends[:, None]
             + emg * np.diag(self.coupling),

@@ -100,7 +100,7 @@ class ObjectiveHessian:
     Attributes
     ----------
     q : (N, Nq, Nq) node blocks; reaction : (N, 3, 3) node blocks
-    a : (N,) second derivative by each activation, the same for all muscles
+    a : (N, M) second derivatives by the activations, or (N, 1) where they are all the same
     e : (N,) factor on :meth:`Objective.excitation_coupling`, the node blocks of the excitations
     rate_u, rate_e, rate_reaction : scalars w of w sum (x_{i+1} - x_i)^2 / 2
     scalers : second derivative by each scaler, the same for all
@@ -130,6 +130,7 @@ class Objective:
     activity : (N,) factor on J_traj per node, 1 by default (0 in pauses)
     elbow_activity : (N,) the same of the elbow, None where it is no other
     emg : envelopes that J_EMG follows
+    effort : (M,) factor of each muscle in J_act, or (1,) of all
     """
 
     errors: PoseErrors
@@ -141,6 +142,7 @@ class Objective:
     activity: np.ndarray
     emg: EmgTerm | None = None
     elbow_activity: np.ndarray | None = None
+    effort: np.ndarray = field(default_factory=lambda: np.ones(1))
 
     def __post_init__(self) -> None:
         """Refuse a weight on EMG that is not there, and EMG on another mesh."""
@@ -220,7 +222,9 @@ class Objective:
         cost = self._error_weights * error**2
         groups = np.array(self.errors.groups)
         terms = {g: float(cost[:, groups == g].sum()) for g in dict.fromkeys(self.errors.groups)}
-        terms["activation"] = w.activation * float(self._quadrature @ (x.a**2).sum(axis=1))
+        terms["activation"] = w.activation * float(
+            self._quadrature @ (self.effort * x.a**2).sum(axis=1)
+        )
         terms["speed_rate"] = self._rate(x.u, w.regularisation)
         terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
         terms["reaction_rate"] = self._rate(x.reaction, w.reaction_rate)
@@ -252,7 +256,7 @@ class Objective:
         return Trajectory(
             q=np.einsum("ne,neq->nq", 2 * self._error_weights * error, jacobian),
             u=self._rate_gradient(x.u, w.regularisation),
-            a=2 * w.activation * self._quadrature[:, None] * x.a,
+            a=2 * w.activation * self._quadrature[:, None] * self.effort * x.a,
             e=excitation,
             reaction=reaction,
             scalers=2 * w.parameters * (x.scalers - 1),
@@ -279,7 +283,7 @@ class Objective:
         return ObjectiveHessian(
             q=h_q,
             reaction=h_r,
-            a=2 * self.weights.activation * self._quadrature,
+            a=2 * self.weights.activation * self._quadrature[:, None] * self.effort,
             e=2 * self._emg_weights,
             rate_u=2 * self.weights.regularisation / self.step,
             rate_e=2 * self.weights.excitation_rate / self.step,

@@ -45,7 +45,7 @@ class Bounds:
     angle: tuple[float, float] = (-3.5, 3.5)
     elbow: tuple[float, float] = (-0.2, 2.8)
     speed: tuple[float, float] = (-40.0, 40.0)
-    reaction: tuple[float, float] = (-2e4, 2e4)
+    reaction: tuple[float, float] = (-5e3, 5e3)
     activation: tuple[float, float] = (0.0, 1.0)
     compression: tuple[float, float] | None = None
     coordinates: np.ndarray | None = None

@@ -14,6 +14,7 @@ from scapulohumeral.report import (
     moment_figures,
     prediction_figures,
     prediction_tables,
+    prediction_targets,
     validation_figures,
 )
 from scapulohumeral.report.comparison import published_rhythm_table
@@ -66,6 +67,22 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "stability": prediction_tables.stability(coordination),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
+    }
+
+
+def judged_content(study: Study) -> dict[str, Any] | None:
+    """What predictions are judged by, who is usable, and all distances."""
+    judged = study.coordination.judged
+    if judged is None:
+        return None
+    return {
+        "fixed_in": judged.fixed_in,
+        "participants": prediction_targets.participants_table(judged),
+        "distances": prediction_targets.distance_table(judged),
+        "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),
+        "graded": prediction_targets.published_table(
+            judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")
+        ),
     }
 
 

@@ -21,6 +21,7 @@ from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import Envelopes, read_envelopes
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.report.judged import Judged, read_judged
 from scapulohumeral.report.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.joint_loading import GlenohumeralLoad
 from scapulohumeral.stages.prediction import Condition
@@ -40,6 +41,7 @@ class CoordinationFiles:
     validation : table of errors; validation_solutions : of the daily tasks
     predictions, prediction_summaries : in the same order
     prediction_summary, rhythm : tables of all predictions
+    against_recording, against_published : tables of their distances; targets : their limits
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
 
@@ -53,6 +55,9 @@ class CoordinationFiles:
     prediction_summaries: Sequence[Path] = ()
     prediction_summary: Sequence[Path] = ()
     rhythm: Sequence[Path] = ()
+    against_recording: Sequence[Path] = ()
+    against_published: Sequence[Path] = ()
+    targets: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
 
 
@@ -215,6 +220,7 @@ class Coordination:
     predictions : all, failed ones included; cases : the solved ones by participant
     prediction_table, rhythm : tables of results/prediction, empty without predictions
     files : where they come from
+    judged : distances of predictions and their limits, None without predictions
     """
 
     channels: Channels | None
@@ -227,6 +233,7 @@ class Coordination:
     prediction_table: pd.DataFrame
     rhythm: pd.DataFrame
     files: CoordinationFiles
+    judged: Judged | None = None
 
     @property
     def emg_word(self) -> str:
@@ -270,6 +277,15 @@ def read_coordination(
         prediction_table=_read_table(files.prediction_summary),
         rhythm=_read_table(files.rhythm),
         files=files,
+        judged=_read_judged(files, tuple(models)),
+    )
+
+
+def _read_judged(files: CoordinationFiles, participants: tuple[str, ...]) -> Judged | None:
+    if not files.against_recording:
+        return None
+    return read_judged(
+        files.targets[0], files.against_recording[0], files.against_published[0], participants
     )
 
 

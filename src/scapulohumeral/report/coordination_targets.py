@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import pandas as pd
 
 from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.paper import CUFF_STABILITY_WEIGHT, PREDICTED_PARTICIPANT
+from scapulohumeral.report.prediction_targets import prediction_verdicts
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 
@@ -19,10 +19,8 @@ KIND_NAMES = {"force": "maximum isometric force", "fibre": "optimal fibre length
 LEAST_COVERAGE = 0.8
 LEAST_MEAN_REDUCTION = 0.4
 LARGEST_INCREASE = 0.05
-HEALTHY_RHYTHM = (1.5, 3.0)
 LARGEST_KKT_ERROR = 1e-6
 LONGEST_SECONDS = 240.0
-WHOLE_RISE = "start-90"
 
 
 def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
@@ -34,8 +32,9 @@ def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
         verdicts += validation_verdicts(coordination.validation)
     if not coordination.prediction_table.empty:
         verdicts += solve_verdicts(coordination.prediction_table)
-        verdicts += [healthy_rhythm(coordination), *cuff_loss(coordination)]
         verdicts.append(smallest_stable_weight(coordination))
+    if coordination.judged is not None:
+        verdicts += prediction_verdicts(coordination.judged)
     return verdicts
 
 
@@ -171,89 +170,6 @@ def _names(rows: pd.DataFrame, column: str = "", unit: str = "") -> tuple[str, .
         f"{r.participant} {r.condition}" + (f" {getattr(r, column):.0f}{unit}" if column else "")
         for r in named_rows(rows)
     )
-
-
-def rhythm_of(rhythm: pd.DataFrame, participant: str, condition: str) -> dict[str, float]:
-    """Rhythm of the whole rise by plane."""
-    rows = rhythm[(rhythm.participant == participant) & (rhythm.condition == condition)]
-    rows = rows[rows.phase == WHOLE_RISE]
-    return dict(zip(rows.plane, rows.shr, strict=True))
-
-
-def peaks_of(
-    table: pd.DataFrame, participant: str, condition: str, column: str
-) -> dict[str, float]:
-    """A column of the table of predictions by plane."""
-    rows = table[(table.participant == participant) & (table.condition == condition)]
-    return dict(zip(rows.plane, rows[column], strict=True))
-
-
-def healthy_rhythm(coordination: Coordination) -> Verdict:
-    """Rhythm of the healthy prediction of the paper's participant, in every plane."""
-    low, high = HEALTHY_RHYTHM
-    name = f"healthy prediction of {PREDICTED_PARTICIPANT}: rhythm {WHOLE_RISE} deg"
-    target = f"{low:g} to {high:g} in each plane"
-    cases = coordination.cases.get(PREDICTED_PARTICIPANT)
-    if cases is None or cases.healthy is None:
-        return Verdict(name, "no healthy prediction", target, holds=False)
-    found = rhythm_of(coordination.rhythm, PREDICTED_PARTICIPANT, cases.healthy.condition.name)
-    worse = tuple(
-        f"{plane} {value:.2f}" for plane, value in found.items() if not low <= value <= high
-    )
-    value = ", ".join(f"{plane} {value:.2f}" for plane, value in found.items())
-    return Verdict(name, value, target, not worse and bool(found), worse)
-
-
-def cuff_loss(coordination: Coordination) -> list[Verdict]:
-    """Whether loss of the cuff lowers upward rotation and raises the rhythm, as in the paper."""
-    table, rhythm = coordination.prediction_table, coordination.rhythm
-    return [
-        _change(
-            coordination,
-            "peak upward rotation",
-            "falls in each plane",
-            lambda p, c: peaks_of(table, p, c, "peak_upward_rotation_deg"),
-            falls=True,
-        ),
-        _change(
-            coordination,
-            f"rhythm {WHOLE_RISE} deg",
-            "rises in each plane",
-            lambda p, c: rhythm_of(rhythm, p, c),
-            falls=False,
-        ),
-    ]
-
-
-def _change(
-    coordination: Coordination,
-    quantity: str,
-    target: str,
-    read: Callable[[str, str], dict[str, float]],
-    falls: bool,
-) -> Verdict:
-    name = f"loss of supraspinatus and infraspinatus (w_GH {CUFF_STABILITY_WEIGHT:g}): {quantity}"
-    changes: dict[str, float] = {}
-    for participant, cases in coordination.cases.items():
-        if cases.healthy and cases.cuff:
-            healthy = read(participant, cases.healthy.condition.name)
-            cuff = read(participant, cases.cuff.condition.name)
-            changes |= {f"{participant} {k}": cuff[k] - healthy[k] for k in healthy if k in cuff}
-    unit = " deg" if falls else ""
-    sense = -1.0 if falls else 1.0
-    worse = tuple(
-        f"{k} {change:+.2f}{unit}" if math.isfinite(change) else f"{k}: no ratio, see its note"
-        for k, change in changes.items()
-        if not sense * change > 0.0
-    )
-    if not changes:
-        return Verdict(name, "nothing to compare: a solve is missing", target, holds=False)
-    agreeing = f"{len(changes) - len(worse)} of {len(changes)}"
-    values = [change for change in changes.values() if math.isfinite(change)]
-    if not values:
-        return Verdict(name, "no ratio in any plane", target, holds=False, worse=worse)
-    value = f"{agreeing}; changes {min(values):+.2f} to {max(values):+.2f}{unit}"
-    return Verdict(name, value, target, not worse, worse)
 
 
 def stable_weight(coordination: Coordination, participant: str) -> float | None:

@@ -70,6 +70,8 @@ UPWARD_ROTATION_FALL_AT_HEALTHY_WEIGHT_DEG = (8.0, 15.0)
 # Peak glenohumeral force of the healthy prediction [% of body weight], and what the paper compares
 # it with: mean, standard deviation and number of implants in the Orthoload database.
 PEAK_FORCE_BW = {"frontal": 107.5, "sagittal": 85.5}
+# Body weight that the authors' figures divide by [N] (plot_results.m): 66 kg, not the mean mass.
+BODY_WEIGHT_OF_FIGURES_N = 650.0
 ORTHOLOAD_BW = {"frontal": (85.3, 26.4, 6), "sagittal": (71.0, 9.0, 3)}
 
 # Range of the clavicle in predicted scapular-plane elevation [deg]: lowest and highest elevation,

@@ -41,10 +41,15 @@ def _content(study: Study) -> dict[str, Any]:
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
-        "verdicts": [
-            *verdicts(study.summary, study.quality),
-            *coordination_verdicts(study.coordination),
-        ],
+        # What fails comes first.
+        "verdicts": sorted(
+            [
+                *verdicts(study.summary, study.quality),
+                *coordination_verdicts(study.coordination),
+            ],
+            key=lambda verdict: verdict.holds,
+        ),
+        "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
         "emg": study.coordination.emg_word,
         "calibration": chapters.calibration_chapter(study),

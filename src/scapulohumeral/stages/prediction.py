@@ -328,7 +328,20 @@ def _write(
         planes=scene.composite.nodes,
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
     )
-    store(read_result(posed, result, about), result, solution, _certify(posed, result))
+    more = {**_certify(posed, result), "stop_moment_median_Nm": _stop_moment(posed, result)}
+    store(read_result(posed, result, about), result, solution, more)
+
+
+def _stop_moment(posed: PosedProblem, result: Result) -> float:
+    """Median over the nodes of the larger moment of the stops of SC and AC [N m]."""
+    q = posed.reader.trajectory(result.point.free).q
+    still = np.hstack([q, np.zeros((len(q), 23))])
+    without = {name: block.copy() for name, block in unpack(posed.parameters).items()}
+    without["stop_stiffness"][:] = 0.0
+    dynamics = posed.model.forces.dynamics
+    moments = dynamics.residual(still, posed.parameters) - dynamics.residual(still, pack(without))
+    largest = np.linalg.norm(moments[:, :6].reshape(-1, 2, 3), axis=2).max(axis=1)
+    return float(np.median(largest))
 
 
 def _certify(posed: PosedProblem, result: Result) -> dict[str, Any]:

@@ -1,0 +1,72 @@
+"""What the model of a participant leaves open, and the words that each choice may take.
+
+Each word is a model that somebody has used or that a reason can be given for; config/config.yaml
+says which the study takes and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Literal, get_args
+
+from scapulohumeral.errors import ConfigError
+
+Masses = Literal["published", "divided", "anthropometric"]
+SerratusPath = Literal["flattened", "flattened_rescaled", "as_scaled"]
+Fibres = Literal["recorded_range", "common_range", "published"]
+GirdleStops = Literal["hanging", "wide"]
+
+
+@dataclass(frozen=True)
+class ModelChoices:
+    """Choices that a participant's OpenSim model is made with.
+
+    Attributes
+    ----------
+    masses : "published" as in the scaled models, "divided" by the 1.4 that the authors' program ran
+        with, or "anthropometric" fractions of body mass for arm and girdle
+    serratus_path : over a thorax surface "flattened" until the attachments stay outside,
+        "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
+        "as_scaled", where poses with an attachment inside the surface are left out of the fit
+    fibres : "recorded_range" lengthens fibres that recorded elevations would stretch too far,
+        "common_range" does so and shortens elements of the muscles that turn the scapula upward
+        until recorded elevations stretch them as far as their neighbours, "published" are those
+        that the authors set by hand
+    girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
+        the arm hangs, "wide" stops lie beyond every recorded angle
+    """
+
+    masses: str = "published"
+    serratus_path: str = "flattened"
+    fibres: str = "recorded_range"
+    girdle_stops: str = "hanging"
+
+    def __post_init__(self) -> None:
+        """Refuse words that name no choice."""
+        for key, allowed in (
+            ("masses", get_args(Masses)),
+            ("serratus_path", get_args(SerratusPath)),
+            ("fibres", get_args(Fibres)),
+            ("girdle_stops", get_args(GirdleStops)),
+        ):
+            if getattr(self, key) not in allowed:
+                raise ConfigError(
+                    f"model choice {key}: {getattr(self, key)!r}; choose {', '.join(allowed)}"
+                )
+
+
+def read_choices(values: Mapping[str, str]) -> ModelChoices:
+    """Choices from a mapping of names to words; what it leaves out keeps its default.
+
+    Raises
+    ------
+    ConfigError                      unknown name or word
+    """
+    names = [field.name for field in fields(ModelChoices)]
+    unknown = sorted(set(values) - set(names))
+    if unknown:
+        raise ConfigError(
+            f"model choice(s) {', '.join(unknown)}: unknown. There are: {', '.join(names)}"
+        )
+    return ModelChoices(**values)

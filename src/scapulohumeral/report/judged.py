@@ -1,0 +1,44 @@
+"""What predictions are judged by, and their distances: tables and limits as read from files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from scapulohumeral.provenance import last_commit
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """Limits and distances of predictions.
+
+    Attributes
+    ----------
+    targets : config/targets.yaml; fixed_in : the commit that last changed it
+    recording, published : tables of results/prediction/against_*.csv
+    requested : participants whose predictions the study asks for
+    """
+
+    targets: Mapping[str, Any]
+    fixed_in: str
+    recording: pd.DataFrame
+    published: pd.DataFrame
+    requested: tuple[str, ...]
+
+
+def read_judged(
+    targets: Path, recording: Path, published: Path, requested: tuple[str, ...]
+) -> Judged:
+    """Limits and distances from their files."""
+    return Judged(
+        targets=yaml.safe_load(targets.read_text(encoding="utf-8")),
+        fixed_in=last_commit(targets),
+        recording=pd.read_csv(recording),
+        published=pd.read_csv(published),
+        requested=requested,
+    )

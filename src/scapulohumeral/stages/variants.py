@@ -1,0 +1,77 @@
+"""Variants: named sets of choices of model and problem, and the ladder between two of them.
+
+A variant holds only what differs from the study's own model and problem. The ladder leads from one
+variant to the study by taking its differences back: one alone, or all up to one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scapulohumeral.errors import ConfigError
+
+STUDY = "study"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What differs from the study's own: `model` and `problem` choices by key."""
+
+    name: str
+    model: Mapping[str, str]
+    problem: Mapping[str, Any]
+
+    def without(self, name: str, keys: Sequence[str]) -> Variant:
+        """The variant of another name whose choices of some keys are the study's."""
+        return Variant(
+            name,
+            {key: value for key, value in self.model.items() if key not in keys},
+            {key: value for key, value in self.problem.items() if key not in keys},
+        )
+
+
+def named_variants(section: Mapping[str, Any]) -> dict[str, Variant]:
+    """Variants of the section ``variants`` of the configuration, the study among them, by name.
+
+    Raises
+    ------
+    ConfigError                      a ladder that starts nowhere or takes back what is not there
+    """
+    found = {STUDY: Variant(STUDY, {}, {})}
+    for name, choices in section["named"].items():
+        found[name] = Variant(name, choices["model"], choices["problem"])
+    return found | ladder(found, section["ladder"])
+
+
+def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[str, Variant]:
+    """Rungs between a variant and the study: ``alone_<step>``, and ``upto_<step>`` in order.
+
+    The last ``upto`` is the study on the first variant's arm unless the arm is a step, too.
+    """
+    start = settings["start"]
+    if start not in named:
+        raise ConfigError(
+            f"Config key 'variants.ladder.start' is '{start}'. Write one of: {', '.join(named)}"
+        )
+    rungs: dict[str, Variant] = {}
+    before = named[start]
+    for step, keys in settings["steps"].items():
+        unknown = [key for key in keys if key not in {**named[start].model, **named[start].problem}]
+        if unknown:
+            raise ConfigError(
+                f"Config key 'variants.ladder.steps.{step}' takes back {', '.join(unknown)}, in "
+                f"which '{start}' does not differ from the study. It differs in: "
+                f"{', '.join([*named[start].model, *named[start].problem])}"
+            )
+        rungs[f"alone_{step}"] = named[start].without(f"alone_{step}", keys)
+        before = before.without(f"upto_{step}", keys)
+        rungs[f"upto_{step}"] = before
+    return rungs
+
+
+def model_name(configured: Mapping[str, str], changes: Mapping[str, str]) -> str | None:
+    """Name of a model by its choices, or None where it is the configured one."""
+    chosen = {**configured, **changes}
+    return None if chosen == dict(configured) else "-".join(chosen[key] for key in configured)

@@ -1,0 +1,77 @@
+# Muscle geometry along predictions against OpenSim: is a free scapula still where paths were fitted?
+
+
+rule choose_audited_poses:
+    input:
+        solution="results/prediction/{participant}/{condition}.npz",
+        code=code_of("scapulohumeral.stages.geometry_audit"),
+    output:
+        poses=temp("results/prediction/{participant}/{condition}_audited.npz"),
+    log:
+        python="results/logs/choose_audited_poses/{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/choose_audited_poses/{participant}_{condition}.jsonl"
+    params:
+        every=lookup(within=config, dpath="prediction/audit_every"),
+    threads: 1
+    message:
+        "Poses to audit: participant {wildcards.participant}, {wildcards.condition}"
+    script:
+        "../scripts/choose_audited_poses.py"
+
+
+rule sample_solution_geometry:
+    # Runs opensim.
+    input:
+        poses="results/prediction/{participant}/{condition}_audited.npz",
+        model="results/models/{participant}.json",
+        osim="results/models/{participant}.osim",
+        code=code_of("scapulohumeral.model.opensim_sampling"),
+    output:
+        samples=temp("results/prediction/{participant}/{condition}_opensim.npz"),
+    log:
+        python="results/logs/sample_solution_geometry/{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/sample_solution_geometry/{participant}_{condition}.jsonl"
+    threads: 1
+    message:
+        "OpenSim's muscle lengths: participant {wildcards.participant}, {wildcards.condition}"
+    script:
+        "../scripts/sample_solution_geometry.py"
+
+
+rule audit_geometry:
+    input:
+        samples="results/prediction/{participant}/{condition}_opensim.npz",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        code=code_of("scapulohumeral.stages.geometry_audit"),
+    output:
+        audit="results/prediction/{participant}/{condition}_geometry.csv",
+    log:
+        python="results/logs/audit_geometry/{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/audit_geometry/{participant}_{condition}.jsonl"
+    threads: 1
+    message:
+        "Muscle geometry against OpenSim: participant {wildcards.participant},"
+        " {wildcards.condition}"
+    script:
+        "../scripts/audit_geometry.py"
+
+
+rule tabulate_geometry_audit:
+    input:
+        audits=prediction_results("results/prediction/{participant}/{condition}_geometry.csv"),
+        code=code_of("scapulohumeral.stages.geometry_audit"),
+    output:
+        table="results/prediction/geometry_audit.csv",
+    log:
+        python="results/logs/tabulate_geometry_audit.python.log",
+    benchmark:
+        "results/benchmarks/tabulate_geometry_audit.jsonl"
+    threads: 1
+    message:
+        "Muscle geometry against OpenSim: table of all predictions"
+    script:
+        "../scripts/tabulate_geometry_audit.py"

@@ -1,0 +1,148 @@
+# Variants of model and problem, and the ladder between the authors' and the study's own. They share
+# recordings, tracked motions, thorax surface and scalers with the study.
+
+
+use rule build_participant_model as build_variant_model with:
+    output:
+        model="results/variants/models/{model}/{participant}.json",
+        osim="results/variants/models/{model}/{participant}.osim",
+    log:
+        python="results/logs/build_variant_model/{model}_{participant}.python.log",
+    benchmark:
+        "results/benchmarks/build_variant_model/{model}_{participant}.jsonl"
+    params:
+        choices=lambda wildcards: model_choices(wildcards.model),
+    message:
+        "Model {wildcards.model} of participant {wildcards.participant}"
+
+
+use rule sample_muscle_geometry as sample_variant_geometry with:
+    input:
+        participant="config/participants/{participant}/participant.yaml",
+        recordings=recordings,
+        model="results/variants/models/{model}/{participant}.json",
+        osim="results/variants/models/{model}/{participant}.osim",
+        code=rules.sample_muscle_geometry.input.code,
+    output:
+        samples="results/variants/geometry/{model}/{participant}/{formulation}_samples.npz",
+    log:
+        python="results/logs/sample_variant_geometry/{model}_{participant}_{formulation}.python.log",
+    benchmark:
+        "results/benchmarks/sample_variant_geometry/{model}_{participant}_{formulation}.jsonl"
+    message:
+        "Muscle lengths of model {wildcards.model} of participant {wildcards.participant}"
+
+
+use rule fit_muscle_geometry as fit_variant_geometry with:
+    input:
+        samples="results/variants/geometry/{model}/{participant}/{formulation}_samples.npz",
+        model="results/variants/models/{model}/{participant}.json",
+        recordings=recordings,
+        equations="results/equations/{formulation}",
+        code=rules.fit_muscle_geometry.input.code,
+    output:
+        geometry="results/variants/geometry/{model}/{participant}/{formulation}.npz",
+        quality="results/variants/geometry/{model}/{participant}/{formulation}_quality.csv",
+    log:
+        python="results/logs/fit_variant_geometry/{model}_{participant}_{formulation}.python.log",
+    benchmark:
+        "results/benchmarks/fit_variant_geometry/{model}_{participant}_{formulation}.jsonl"
+    message:
+        "Muscle length functions of model {wildcards.model} of participant {wildcards.participant}"
+
+
+use rule solve_prediction as solve_variant with:
+    input:
+        unpack(variant_inputs),
+        participant="config/participants/{participant}/participant.yaml",
+        thorax="results/models/{participant}_thorax.json",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=tracked_elevations,
+        code=code_of("scapulohumeral.stages.prediction"),
+    output:
+        solution="results/variants/{variant}/{participant}/{condition}.npz",
+        summary="results/variants/{variant}/{participant}/{condition}.summary.json",
+    log:
+        solver="results/logs/solve_variant/{variant}_{participant}_{condition}.solver.log",
+        python="results/logs/solve_variant/{variant}_{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/solve_variant/{variant}_{participant}_{condition}.jsonl"
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/prediction"),
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        guidance=lookup(within=config, dpath="prediction/guidance"),
+        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
+        condition=condition_of,
+        problem=lambda wildcards: dict(VARIANTS[wildcards.variant].problem),
+    message:
+        "Prediction of variant {wildcards.variant}: participant {wildcards.participant},"
+        " {wildcards.condition}"
+
+
+rule compare_predictions:
+    input:
+        solutions=prediction_results("results/prediction/{participant}/{condition}.npz")
+        + variant_results("results/variants/{variant}/{participant}/{condition}.npz"),
+        summaries=prediction_results("results/prediction/{participant}/{condition}.summary.json")
+        + variant_results("results/variants/{variant}/{participant}/{condition}.summary.json"),
+        tracked=expand(
+            "results/tracking/{participant}/{plane}_quaternion.npz",
+            participant=config["participants"],
+            plane=config["planes"],
+        ),
+        participants=expand(
+            "config/participants/{participant}/participant.yaml",
+            participant=config["participants"],
+        ),
+        targets="config/targets.yaml",
+        code=code_of("scapulohumeral.report.against"),
+    output:
+        recording="results/prediction/against_recording.csv",
+        published="results/prediction/against_published.csv",
+    log:
+        python="results/logs/compare_predictions.python.log",
+    benchmark:
+        "results/benchmarks/compare_predictions.jsonl"
+    params:
+        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+    threads: 1
+    message:
+        "Predictions against recordings and against the published ones"
+    script:
+        "../scripts/compare_predictions.py"
+
+
+rule tabulate_ladder:
+    input:
+        solutions=ladder_results("results/variants/{variant}/{participant}/{condition}.npz"),
+        summaries=ladder_results(
+            "results/variants/{variant}/{participant}/{condition}.summary.json"
+        ),
+        code=code_of("scapulohumeral.report.ladder"),
+    output:
+        table="results/variants/ladder.csv",
+        figure="results/variants/ladder.svg",
+    log:
+        python="results/logs/tabulate_ladder.python.log",
+    benchmark:
+        "results/benchmarks/tabulate_ladder.jsonl"
+    threads: 1
+    message:
+        "Ladder from the authors' problem to the study's own"
+    script:
+        "../scripts/tabulate_ladder.py"
+
+
+rule ladder:
+    # Not part of the study: 23 predictions.
+    input:
+        rules.tabulate_ladder.output,
+    localrule: True
+    message:
+        "The ladder is complete: {input}"

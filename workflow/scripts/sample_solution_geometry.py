@@ -1,0 +1,20 @@
+"""Rule sample_solution_geometry: OpenSim's muscle lengths along a prediction. Runs opensim."""
+
+import json
+from pathlib import Path
+
+from _log import log_to_file
+
+log_to_file(snakemake)
+
+import numpy as np
+import opensim
+
+from scapulohumeral.model.opensim_sampling import sample_geometry
+
+record = json.loads(Path(snakemake.input.model).read_text(encoding="utf-8"))
+muscles = [muscle["name"] for muscle in record["muscles"]]
+with np.load(snakemake.input.poses) as data:
+    poses = data["pose"]
+samples = sample_geometry(opensim.Model(snakemake.input.osim), poses, muscles)
+np.savez(snakemake.output.samples, muscles=muscles, **samples)

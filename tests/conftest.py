@@ -33,6 +33,20 @@ def is_opensim_test(path: Path) -> bool:
     return re.search(r"^(?:pytestmark\b.*|\s*@)pytest\.mark\.opensim", text, re.M) is not None
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse a test that no command would run: `make unit` and the rule choose by these marks."""
+    kinds = ("unit", "workflow", "opensim", "results")
+    lost = [
+        item.nodeid
+        for item in items
+        if sum(item.get_closest_marker(kind) is not None for kind in kinds) != 1
+    ]
+    if lost:
+        raise pytest.UsageError(
+            f"{lost[0]}: expected exactly one of the marks {', '.join(kinds)}. Set pytestmark."
+        )
+
+
 @pytest.fixture(scope="session", name="is_opensim_test")
 def is_opensim_test_fixture() -> Callable[[Path], bool]:
     """The function of the same name."""

@@ -38,7 +38,7 @@ def answer(case: Path, folder: Path, cache: Path) -> subprocess.CompletedProcess
     Parameters
     ----------
     case : folder with ``participant.yaml``, ``test`` and, if there are any, ``reference``
-    folder : for configuration and answer, ``folder/out``
+    folder : for settings and answer, ``folder/out``
     cache : of participants' models and equations; several processes may share it
     """
     command = [sys.executable, "-m", "scapulohumeral.gap.cli", "gap", "diagnose"]
@@ -46,7 +46,7 @@ def answer(case: Path, folder: Path, cache: Path) -> subprocess.CompletedProcess
     references = _tables(case / "reference")
     command += ["--reference", *references] if references else []
     command += ["--participant", str(case / "participant.yaml"), "--out", str(folder / "out")]
-    command += ["--config", str(_configuration(folder)), "--cache", str(cache), "--threads", "1"]
+    command += ["--settings", str(_settings(folder)), "--cache", str(cache), "--threads", "1"]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -55,15 +55,14 @@ def _tables(folder: Path) -> list[str]:
     return [str(path) for path in sorted(folder.glob("*.csv"))]
 
 
-def _configuration(folder: Path) -> Path:
-    """The study's configuration with `settings.yaml`, beside a link to its model tables."""
-    config = yaml.safe_load((REPOSITORY / "config" / "config.yaml").read_text(encoding="utf-8"))
+def _settings(folder: Path) -> Path:
+    """The settings of diagnoses with what ``settings.yaml`` changes."""
+    usual = REPOSITORY / "config" / "gap" / "settings.yaml"
+    settings = yaml.safe_load(usual.read_text(encoding="utf-8"))
     changes = yaml.safe_load((Path(__file__).parent / "settings.yaml").read_text(encoding="utf-8"))
-    target = folder / "config"
-    target.mkdir(parents=True)
-    (target / "model").symlink_to(REPOSITORY / "config" / "model", target_is_directory=True)
-    path = target / "config.yaml"
-    path.write_text(yaml.safe_dump(_changed(config, changes)), encoding="utf-8")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "settings.yaml"
+    path.write_text(yaml.safe_dump(_changed(settings, changes)), encoding="utf-8")
     return path
 
 
@@ -73,7 +72,9 @@ def _changed(config: Any, changes: Any) -> Any:
         return changes
     unknown = changes.keys() - config.keys()
     if unknown:
-        raise KeyError(f"settings.yaml: {', '.join(sorted(unknown))} not in config/config.yaml")
+        raise KeyError(
+            f"settings.yaml: {', '.join(sorted(unknown))} not in config/gap/settings.yaml"
+        )
     return {
         key: _changed(value, changes[key]) if key in changes else value
         for key, value in config.items()

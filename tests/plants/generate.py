@@ -1,8 +1,8 @@
 """Generate blind cases: trials and participant files for the diagnosis, keys for whoever scores.
 
-Usage: ``python -m plants.generate --cases N --results DIR --participants DIR --out DIR --keys DIR``
-with ``tests`` on the Python path. Keys must lie outside the checkout; the seed, drawn unless
-``--seed`` gives it, is kept with them in ``draw.json``, because it tells every cause.
+Usage: ``python -m plants.generate --cases N --results DIR --participants DIR --names NAME ...
+--out DIR --keys DIR`` with ``tests`` on the Python path. Keys must lie outside the checkout; the
+seed, drawn unless ``--seed`` gives it, is kept with them in ``draw.json``: it tells every cause.
 
 A case folder holds ``participant.yaml``, ``model.yaml``, ``test/TASK_rN.csv``, companions of EMG
 and joint force, and ``reference/``, as far as the case has them. A key is ``KEYS/CASE.json``:
@@ -65,7 +65,7 @@ STEADY_EMG = 0.1
 SHOWN_ATTEMPTS = 3
 # The published arm of par1 weighs 12 kg, three times what anthropometry gives, and its muscles
 # cannot lift it: plants and their participant files take a third.
-ARM_MASS = {"par1": 1.0 / 3.0, "par2": 1.0, "par3": 1.0}
+ARM_MASS = {"par1": 1.0 / 3.0}
 ARM_SEGMENTS = ("clavicle_r", "scapula_r", "humerus_r", "ulna_r", "radius_r", "hand_r")
 
 
@@ -93,12 +93,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31))
     parser.add_argument("--cases", type=int, required=True)
+    parser.add_argument("--names", nargs="+", required=True, help="folders of participants")
     parser.add_argument("--kind", choices=sorted(SHARES), help="open cases of one kind only")
     for name in ("results", "participants", "out", "keys"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options = parser.parse_args(arguments)
     _check_keys_folder(options.keys)
-    study = load_study(options.results, options.participants, ("par1", "par2", "par3"))
+    study = load_study(options.results, options.participants, options.names)
     plans = draw_plans(options.seed, options.cases, tuple(study.anatomies), options.kind)
     for folder in (options.out, options.keys):
         folder.mkdir(parents=True, exist_ok=True)
@@ -133,7 +134,7 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
             json.loads((results / "models" / file).read_text(encoding="utf-8"))
             for file in (f"{name}.json", f"{name}_thorax.json")
         )
-        _weigh(record, ARM_MASS[name])
+        _weigh(record, ARM_MASS.get(name, 1.0))
         anatomies[name] = Anatomy(record, thorax, MuscleForces(equations, geometry))
         text = (participants / name / "participant.yaml").read_text(encoding="utf-8")
         scale[name] = yaml.safe_load(text)["scale"]

@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 from gap_movement import SETTINGS
 
-from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap import cli
 from scapulohumeral.gap.bank import (
@@ -21,7 +20,7 @@ from scapulohumeral.gap.bank import (
     write_bank,
 )
 from scapulohumeral.gap.bank_probe import recomputed
-from scapulohumeral.gap.settings import read_settings
+from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 pytestmark = pytest.mark.unit
@@ -152,7 +151,7 @@ def stale(tmp_path, monkeypatch):
     """A bank of two probes that other code has built, and its folder of cases."""
     file = tmp_path / "null_bank.json"
     monkeypatch.setattr("scapulohumeral.gap.bank.bank_file", lambda settings: file)
-    config = read_config(CONFIG_FOLDER / "config.yaml")
+    config = read_diagnosis_config(CONFIG_FOLDER / "config.yaml")
     write_bank(file, STORED.rows, read_settings(config), (STORED,))
     file.write_text(file.read_text().replace(json.loads(file.read_text())["hash"], "0" * 64))
     (tmp_path / "cases" / "a1").mkdir(parents=True)
@@ -175,6 +174,18 @@ def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, cap
     assert check(stale, "--recompute", "1") == 2, "rows agree, but nobody asked for a new hash"
     assert check(stale, "--recompute", "1", "--stamp") == 0
     assert load_bank(stale / "null_bank.json").probes == (STORED,)
+
+
+def test_probes_are_added_to_a_bank_that_fits_only(stale, monkeypatch, capsys):
+    added = probe("b2", (0.5, 0.6), (0.7, 0.8))
+    monkeypatch.setattr("scapulohumeral.gap.bank_build.probe", lambda *_, **__: added)
+    command = ["gap", "bank", "probe", "--cases", str(stale / "cases")]
+    assert cli.main(command) == 2
+    assert "would vouch for nothing" in capsys.readouterr().err
+    settings = read_settings(read_diagnosis_config(CONFIG_FOLDER / "config.yaml"))
+    write_bank(stale / "null_bank.json", STORED.rows, settings, (STORED,))
+    assert cli.main(command) == 0
+    assert load_bank(stale / "null_bank.json").probes == (STORED, added)
 
 
 @pytest.mark.parametrize("options", [["--stamp"], ["--recompute", "1"]])

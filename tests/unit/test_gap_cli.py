@@ -176,34 +176,40 @@ def test_reference_trials_shape_the_model_if_there_are_any(case_folder, seen):
 
 @pytest.fixture
 def changed(tmp_path):
-    """Function that writes the configuration with one value replaced, and gives its file."""
+    """Function that writes a configuration file with one value replaced, and gives the option."""
 
-    def write(section, key, value):
-        config = yaml.safe_load((REPOSITORY / "config" / "config.yaml").read_text())
-        (config[section] if section else config)[key] = value
+    def write(option, key, value):
+        names = {"--config": "config.yaml", "--settings": "gap/settings.yaml"}
+        content = yaml.safe_load((REPOSITORY / "config" / names[option]).read_text())
+        *sections, last = key.split(".")
+        part = content
+        for section in sections:
+            part = part[section]
+        part[last] = value
         path = tmp_path / "elsewhere.yaml"
-        path.write_text(yaml.safe_dump(config))
-        return str(path)
+        path.write_text(yaml.safe_dump(content))
+        return option, str(path)
 
     return write
 
 
 @pytest.mark.parametrize(
-    ("section", "key", "value", "said"),
+    ("option", "key", "value", "said"),
     [
-        ("model", "masses", "weighed", "key 'model.masses': 'weighed' is not one of"),
-        ("gap", "tempreature", 3, "'tempreature' was unexpected"),
-        ("gap", "nodes", 3, "key 'gap.nodes': 3 is less than"),
-        ("gap", "phase_functions", 20, "gap.phase_functions: 20 of 21 nodes"),
+        ("--config", "model.masses", "weighed", "key 'model.masses': 'weighed'; expected"),
+        ("--config", "mases", "published", "Did you mean 'masses'"),
+        ("--settings", "tempreature", 3, "Did you mean 'temperature'"),
+        ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
+        ("--settings", "phase_functions", 20, "gap.phase_functions: 20 of 21 nodes"),
     ],
 )
-def test_a_wrong_configuration_is_refused(case_folder, changed, section, key, value, said, capsys):
+def test_a_wrong_configuration_is_refused(case_folder, changed, option, key, value, said, capsys):
     """With key and reason, by every command, before anything is built."""
-    file = changed(section, key, value)
-    assert diagnose(case_folder, ["lift_r1.csv"], [], "--config", file) == 2
+    options = changed(option, key, value)
+    assert diagnose(case_folder, ["lift_r1.csv"], [], *options) == 2
     assert said in capsys.readouterr().err
     assert not (case_folder / "out" / "result.json").exists()
-    assert cli.main(["gap", "bank", "check", "--config", file]) == 2
+    assert cli.main(["gap", "bank", "check", *options]) == 2
     assert said in capsys.readouterr().err
 
 
@@ -214,16 +220,15 @@ def test_every_command_finds_the_files_that_a_configuration_names(
     used = []
 
     def diagnosed(case, model, config, view):
-        bank = bank_file(read_settings(config))
-        used.append(bank)
+        used.append(bank_file(read_settings(config)))
         return finished_diagnosis()
 
     monkeypatch.setattr(cli, "_inference", diagnosed)
     for name, fits in (("gap/null_bank.json", True), ("gap/other.json", False)):
-        file = changed("gap", "null_bank", name)
-        assert diagnose(case_folder, ["lift_r1.csv"], [], "--config", file) == 0
+        options = changed("--settings", "null_bank", name)
+        assert diagnose(case_folder, ["lift_r1.csv"], [], *options) == 0
         assert used[-1] == REPOSITORY / "config" / name
-        assert (cli.main(["gap", "bank", "check", "--config", file]) == 0) == fits
+        assert (cli.main(["gap", "bank", "check", *options]) == 0) == fits
         assert fits or "other.json is not there" in capsys.readouterr().out
 
 

@@ -46,5 +46,5 @@ def test_published_loss_of_the_cuff_is_seen_and_not_called_something_else(reposi
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
     found = read_result(tmp_path / "out" / "result.json")
     assert found["gap"]["present"]
-    sure = [c["label"] for c in found["candidates"] if c["p"] > 0.5]
-    assert all(CUFF & set(label.split(JOIN)) for label in sure)
+    others = [c["p"] for c in found["candidates"] if not CUFF & set(c["label"].split(JOIN))]
+    assert 0.0 < max(others) <= 0.5

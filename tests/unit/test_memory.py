@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.unit
+
 PROGRAMME = """
 import resource
 import numpy as np

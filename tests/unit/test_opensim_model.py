@@ -16,7 +16,8 @@ from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model import opensim_sampling as sampling
 from scapulohumeral.model.choices import ModelChoices
-from scapulohumeral.model.participant import list_participants, read_participant
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_file import list_participants
 from scapulohumeral.model.pose_region import Region, draw_poses, recorded_poses
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,

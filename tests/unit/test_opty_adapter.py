@@ -67,3 +67,11 @@ def test_bounds_of_one_problem_are_not_those_of_the_next(make):
     first = make()
     first.lower_bound[:] = -1.0
     assert make().lower_bound.max() == 0.0
+
+
+def test_bounds_are_those_that_opty_itself_would_set(make):
+    problem = make()
+    expected = (problem.lower_bound.copy(), problem.upper_bound.copy())
+    problem._generate_bound_arrays()
+    for ours, theirs in zip(expected, (problem.lower_bound, problem.upper_bound), strict=True):
+        assert (ours == theirs).all()

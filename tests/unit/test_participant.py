@@ -8,7 +8,8 @@ import pytest
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import read_motion
-from scapulohumeral.model.participant import list_participants, read_participant
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_file import list_participants
 
 pytestmark = pytest.mark.unit
 

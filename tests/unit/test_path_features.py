@@ -30,7 +30,8 @@ def check_derivatives(features, x, rng):
     np.testing.assert_allclose(gradients, differences(lambda v: features.first(v)[0], x), atol=1e-8)
     rate = rng.normal(size=x.shape)
     weights, rate_weights = rng.normal(size=(2, len(x), size))
-    directional, hessian, rate_hessian = features.second(x, rate, weights, rate_weights)
+    directional, hessian = features.directional(x, rate), features.curvature(x, weights)
+    rate_hessian = features.directional_curvature(x, rate, rate_weights)
 
     def slope(v):
         return np.einsum("nfi,ni->nf", features.first(v)[1], rate)
@@ -39,8 +40,7 @@ def check_derivatives(features, x, rng):
         return np.einsum("nfi,nf->ni", features.first(v)[1], weights)
 
     def weighted_slope_gradient(v):
-        zero = np.zeros_like(weights)
-        return np.einsum("nfi,nf->ni", features.second(v, rate, zero, zero)[0], rate_weights)
+        return np.einsum("nfi,nf->ni", features.directional(v, rate), rate_weights)
 
     np.testing.assert_allclose(directional, differences(slope, x), atol=1e-7)
     np.testing.assert_allclose(hessian, differences(weighted, x), atol=1e-7)
@@ -66,7 +66,8 @@ def test_one_monomial_by_hand():
     values, gradient = features.first(v)
     assert values.item() == 18.0
     np.testing.assert_allclose(gradient[0, 0, :2], [12.0, 9.0])
-    directional, hessian, third = features.second(v, rate, np.ones((1, 1)), np.ones((1, 1)))
+    directional, hessian = features.directional(v, rate), features.curvature(v, np.ones((1, 1)))
+    third = features.directional_curvature(v, rate, np.ones((1, 1)))
     np.testing.assert_allclose(directional[0, 0, :2], [10.0, 6.0])
     np.testing.assert_allclose(hessian[0, :2, :2], [[4.0, 6.0], [6.0, 0.0]])
     np.testing.assert_allclose(third[0, :2, :2], [[2.0, 2.0], [2.0, 0.0]])

@@ -16,6 +16,8 @@ from small_arm import (
 from scapulohumeral.ocp.plain_opty import symbolic_equations
 from scapulohumeral.ocp.problem import Problem
 
+pytestmark = pytest.mark.unit
+
 NODES = 4
 
 

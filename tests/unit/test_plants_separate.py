@@ -22,7 +22,7 @@ def test_plants_do_without_the_diagnosis_and_its_numerics(path: Path) -> None:
 
 
 def draw_with_keys_in(keys: Path, elsewhere: Path) -> None:
-    arguments = ["--seed", "1", "--cases", "1", "--keys", str(keys)]
+    arguments = ["--seed", "1", "--cases", "1", "--names", "par1", "--keys", str(keys)]
     for name in ("results", "participants", "out"):
         arguments += [f"--{name}", str(elsewhere)]
     generate.main(arguments)

@@ -20,15 +20,9 @@ from scapulohumeral.errors import DataError, ModelError
 from scapulohumeral.model.muscle_geometry import straight_coefficients
 from scapulohumeral.model.rotations import quaternion_to_matrix, trial_to_pose
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.report.player import (
-    LENGTH_STEP_M,
-    SEGMENTS,
-    Scene,
-    build_scene,
-    player_html,
-    positions,
-    segment_poses,
-)
+from scapulohumeral.player.page import LENGTH_STEP_M, player_html
+from scapulohumeral.player.scene import SEGMENTS, Scene, positions
+from scapulohumeral.report.player import build_scene, segment_poses
 from scapulohumeral.stages.joint_loading import glenohumeral_load
 
 pytestmark = pytest.mark.unit

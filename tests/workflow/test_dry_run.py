@@ -1,5 +1,6 @@
 """The workflow is complete, well formed, and refuses a wrong configuration before it runs."""
 
+import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,7 @@ import yaml
 pytestmark = pytest.mark.workflow
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
+TRIAL = {"hand_load_kg": 0.0, "published": None, "smooth_cutoff_hz": 6.0}
 
 
 @pytest.fixture
@@ -41,6 +43,31 @@ def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str
     assert result.returncode == 0, result.stdout
     for rule in ("build_participant_model", "solve_tracking", "render_report", "test_results"):
         assert rule in result.stdout
+
+
+def test_participants_may_be_anywhere(snakemake: Run, repository: Path, tmp_path: Path) -> None:
+    """A folder elsewhere, a trial of another name, and nothing of the repository changed."""
+    published = repository / "config" / "participants" / "par2"
+    own = tmp_path / "people" / "ann"
+    own.mkdir(parents=True)
+    document = yaml.safe_load((published / "participant.yaml").read_text(encoding="utf-8"))
+    document |= {"id": "ann", "trials": {"reaching": {**TRIAL, "file": "reaching.csv"}}}
+    for key in ("published_thorax_ellipsoid", "published_predictions"):
+        del document[key]
+    (own / "participant.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    shutil.copyfile(published / "frontal.csv", own / "reaching.csv")
+    config = {
+        "participants_folder": str(tmp_path / "people"),
+        "participants": ["ann"],
+        "planes": ["reaching"],
+    }
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    files = ("config/config.yaml", "config/quick.yaml", str(tmp_path / "own.yaml"))
+    profile = ("--workflow-profile", "workflow/profiles/quick")
+    result = snakemake("--dry-run", "--forceall", *profile, "--configfile", *files)
+    assert result.returncode == 0, result.stdout
+    assert "participant ann, reaching plane" in result.stdout
+    assert "par2" not in result.stdout
 
 
 def test_lint_finds_nothing(snakemake: Run) -> None:
@@ -85,7 +112,8 @@ def test_missing_key_is_refused(
     path = changed_config(repository, tmp_path, section, key, None)
     result = snakemake("--dry-run", "--replace-workflow-config", "--configfile", path)
     assert result.returncode != 0
-    assert f"'{key}' is a required property" in result.stdout
+    name = key if section is None else f"{section}.{key}"
+    assert f"key '{name}': is missing" in result.stdout
 
 
 def changed_config(

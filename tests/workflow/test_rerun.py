@@ -24,6 +24,7 @@ STUDY = {
     "planes": ["frontal"],
     "formulations": ["quaternion"],
     "validation": {"tasks": ["drinking"]},
+    "diagnose": ["par1"],
 }
 PREDICT = ["healthy", "cuff_w2", "cuff_w4"]
 
@@ -128,7 +129,6 @@ def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -
     [
         ("model", "masses", "anthropometric"),
         ("geometry", "margin_deg", 12),
-        ("gap", "temperature", 2.5),
         ("weights.prediction", "activation", 1.5),
         ("prediction.conditions.healthy", "w_gh", 3),
     ],
@@ -139,6 +139,12 @@ def test_whatever_a_diagnosis_reads_reruns_it(
     edit(finished, lambda config: part_of(config, section).update({key: value}))
     made = rerun()
     assert {GAP, "results/gap/par1/config.yaml"} < made
+
+
+def test_settings_of_diagnoses_rerun_them_alone(finished: Path, rerun: Rerun) -> None:
+    path = finished / "config/gap/settings.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace("temperature: 3.0", "temperature: 2"))
+    assert rerun() == {GAP, "results/gap/par1/report.html", "results/gap/par1/config.yaml"}
 
 
 @pytest.mark.parametrize(
@@ -157,6 +163,23 @@ def test_what_a_diagnosis_does_not_read_leaves_it_alone(
     made = rerun()
     assert made
     assert not [name for name in made if name.startswith("results/gap/")]
+
+
+def test_malformed_participant_is_refused_with_file_and_key(finished: Path, rerun: Rerun) -> None:
+    """Before anything is planned; other participants than those of the study do not matter."""
+    for participant, refused in (("par3", False), ("par2", True)):
+        path = finished / "config/participants" / participant / "participant.yaml"
+        path.write_text(path.read_text(encoding="utf-8").replace("trials:", "trails:"))
+        result = subprocess.run(
+            ["snakemake", "--dry-run", "--quiet", "--", *TARGETS],
+            cwd=finished,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        assert (result.returncode != 0) == refused, result.stdout
+        assert not refused or "config/participants/par2/participant.yaml, top" in result.stdout
 
 
 def part_of(config: dict, section: str | None) -> dict:

@@ -1,4 +1,5 @@
 # Benchmark of the solver: ratios measured side by side in one run. Not part of the study.
+from scapulohumeral.configuration.check import read_bench
 
 
 rule benchmark_solver:
@@ -17,7 +18,7 @@ rule benchmark_solver:
     benchmark:
         "results/benchmarks/benchmark_solver.jsonl"
     params:
-        opty_muscles=lookup(within=config, dpath="bench/opty_muscles"),
+        opty_muscles=read_bench(Path("config/bench.yaml")).opty_muscles,
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),

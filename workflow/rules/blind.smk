@@ -1,26 +1,28 @@
 # Blind benchmark of the diagnosis: draw and seal, answer, score. The large one is `make blind`, the
-# small one part of the study. Keys and seed lie in config["blind"]["keys"], outside the checkout, in
-# one folder per draw; scoring takes the latest, and refuses it if it does not fit.
+# small one part of the study. Keys and seed lie in a folder that config/gap/blind.yaml names, outside
+# the checkout, in one folder per draw; scoring takes the latest, and refuses it if it does not fit.
 # No rule has code as an input: cases are drawn once, and scored again only on demand.
+
+
+from scapulohumeral.configuration.check import read_blind
 
 
 wildcard_constraints:
     benchmark="blind|blind_small",
 
 
-# Whose anatomy and recordings the plants are made from.
-PLANT_PARTICIPANTS = ["par1", "par2", "par3"]
+BLIND = read_blind(Path("config/gap/blind.yaml"))
 
 
 # Open cases without any effect: what they make of the tests becomes the bank of thresholds; the first
 # of them are its probes. Their keys tell nothing and are not kept.
 rule draw_null_cases:
     input:
-        models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),
-        thorax=expand("results/models/{participant}_thorax.json", participant=PLANT_PARTICIPANTS),
+        models=expand("results/models/{participant}.json", participant=BLIND.participants),
+        thorax=expand("results/models/{participant}_thorax.json", participant=BLIND.participants),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
-            participant=PLANT_PARTICIPANTS,
+            participant=BLIND.participants,
         ),
         equations="results/equations/quaternion",
     output:
@@ -34,10 +36,11 @@ rule draw_null_cases:
     params:
         cases=branch(
             evaluate("{nulls} == 'cases'"),
-            then=lookup(within=config, dpath="blind/nulls"),
-            otherwise=lookup(within=config, dpath="blind/probes"),
+            then=BLIND.nulls,
+            otherwise=BLIND.probes,
         ),
-        seed=lookup(within=config, dpath="blind/nulls_seed"),
+        seed=BLIND.nulls_seed,
+        participants=BLIND.participants,
     threads: 1
     resources:
         mem_mb=3000,
@@ -47,6 +50,7 @@ rule draw_null_cases:
     shell:
         "PYTHONPATH=tests python -m plants.generate --kind null --cases {params.cases}"
         " --seed {params.seed} --results results --participants config/participants"
+        " --names {params.participants}"
         " --out {output.cases} --keys $(mktemp -d)/keys > {log.python} 2>&1"
 
 
@@ -72,6 +76,7 @@ rule build_null_bank:
         " --probes {input.probes} --out {output.bank} > {log.python} 2>&1"
 
 
+# A bank without probes gets them by `gap bank probe --cases results/gap/bank/probes` while it fits.
 # After code of the diagnosis has changed: does the committed bank still say what the code says? With
 # `--stamp` at the end of its command the hash of the bank is renewed, if it does.
 rule check_null_bank:
@@ -80,7 +85,7 @@ rule check_null_bank:
     log:
         python="results/logs/check_null_bank.python.log",
     params:
-        probes=lookup(within=config, dpath="blind/probes"),
+        probes=BLIND.probes,
     threads: 1
     resources:
         mem_mb=4000,
@@ -94,11 +99,11 @@ rule check_null_bank:
 
 rule draw_blind_cases:
     input:
-        models=expand("results/models/{participant}.json", participant=PLANT_PARTICIPANTS),
-        thorax=expand("results/models/{participant}_thorax.json", participant=PLANT_PARTICIPANTS),
+        models=expand("results/models/{participant}.json", participant=BLIND.participants),
+        thorax=expand("results/models/{participant}_thorax.json", participant=BLIND.participants),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
-            participant=PLANT_PARTICIPANTS,
+            participant=BLIND.participants,
         ),
         equations="results/equations/quaternion",
     output:
@@ -109,8 +114,9 @@ rule draw_blind_cases:
     benchmark:
         "results/benchmarks/draw_blind_cases/{benchmark}.jsonl"
     params:
-        vault=os.path.expanduser(config["blind"]["keys"]),
-        cases=lambda wildcards: config["blind"]["cases"][wildcards.benchmark],
+        vault=os.path.expanduser(BLIND.keys),
+        cases=lambda wildcards: getattr(BLIND.cases, wildcards.benchmark),
+        participants=BLIND.participants,
     threads: 1
     resources:
         mem_mb=3000,
@@ -120,7 +126,8 @@ rule draw_blind_cases:
     shell:
         "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
         " && (PYTHONPATH=tests python -m plants.generate --cases {params.cases} --results results"
-        " --participants config/participants --out {output.cases} --keys $keys"
+        " --participants config/participants --names {params.participants}"
+        " --out {output.cases} --keys $keys"
         " && python -m scapulohumeral.gap.cli gap blind seal --cases {output.cases}"
         " --keys $keys --published {output.published}) > {log.python} 2>&1"
 
@@ -164,7 +171,7 @@ rule score_blind_answers:
         "results/benchmarks/score_blind_answers/{benchmark}.jsonl"
     params:
         answers="results/gap/{benchmark}/answers",
-        vault=os.path.expanduser(config["blind"]["keys"]),
+        vault=os.path.expanduser(BLIND.keys),
     threads: 2
     # Solves the hidden task of every single effect, with a model that is fitted over it too.
     resources:

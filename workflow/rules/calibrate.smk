@@ -8,7 +8,7 @@
 
 rule calibrate:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
@@ -69,7 +69,7 @@ rule score_calibration:
 
 rule solve_validation:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",

@@ -1,16 +1,13 @@
-"""Wildcards, checks across files and input functions of all stages."""
+"""Wildcards and input functions of all stages: paths of what the study asks for."""
 
 import os
-from functools import cache
 from pathlib import Path
 
 import yaml
+
 from scapulohumeral import provenance
-from scapulohumeral.configuration import check_config
-from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.settings import sections_read
-from scapulohumeral.stages.problem_choices import ProblemChoices
-from scapulohumeral.stages.variants import STUDY, ladder, model_name, named_variants
+from scapulohumeral.stages import variants
+from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
 
 wildcard_constraints:
@@ -23,7 +20,12 @@ wildcard_constraints:
     formulation="quaternion|euler",
 
 
+PARTICIPANTS = Path(config["participants_folder"])
+PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
 MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
+MUSCLES = ("generic", "calibrated")
+# Refuses a configuration, or the file of a participant, before any rule is read.
+STUDY = planned(config, PARTICIPANTS)
 
 
 def code_of(*modules):
@@ -32,106 +34,42 @@ def code_of(*modules):
     return sorted(os.path.relpath(path) for path in files)
 
 
-@cache
-def trials_of(participant):
-    """Trials that a participant's participant.yaml lists: name and file of each recording."""
-    path = Path("config/participants", participant, "participant.yaml")
-    if not path.is_file():
-        available = sorted(path.parent.name for path in path.parents[1].glob("*/participant.yaml"))
-        raise ConfigError(
-            f"Config key 'participants' names '{participant}', but there is no {path}. "
-            f"Write for example: participants: [{', '.join(available)}]"
-        )
-    trials = yaml.safe_load(path.read_text(encoding="utf-8"))["trials"]
-    return {name: path.with_name(trial["file"]) for name, trial in trials.items()}
-
-
-def check_recordings_exist():
-    """Refuse configured participants and planes that have no recording."""
-    for participant in config["participants"]:
-        trials = trials_of(participant)
-        for plane in config["planes"]:
-            if plane not in trials:
-                raise ConfigError(
-                    f"Config key 'planes' names '{plane}', which participant '{participant}' has "
-                    f"no recording of. Write for example: planes: [{', '.join(trials)}]"
-                )
-
-
 def recording(wildcards):
     """Recorded motion of one trial."""
-    return str(trials_of(wildcards.participant)[wildcards.trial])
+    return str(STUDY.recording(wildcards.participant, wildcards.trial))
 
 
 def recordings(wildcards):
     """All recorded motions of a participant, configured or not: they span its range of motion."""
-    return [str(path) for path in trials_of(wildcards.participant).values()]
+    return [str(path) for path in STUDY.trials(wildcards.participant).values()]
 
 
 def elevations(wildcards):
     """Recorded arm elevations of a participant, configured or not."""
-    trials = trials_of(wildcards.participant)
-    return [str(trials[plane]) for plane in ("frontal", "scapular", "sagittal") if plane in trials]
-
-
-def measured_emg(participant):
-    """What a participant's file says of measured EMG; no trials if there is none."""
-    file = Path("config/participants", participant, "participant.yaml")
-    return yaml.safe_load(file.read_text(encoding="utf-8")).get("emg", {"trials": {}})
+    return [str(path) for path in STUDY.elevations(wildcards.participant)]
 
 
 def raw_emg(wildcards):
     """Raw EMG of a trial and the maximal contractions that it is normalised by."""
-    folder = Path("config/participants", wildcards.participant)
-    emg = measured_emg(wildcards.participant)
-    if wildcards.trial in emg["trials"]:
-        return {
-            "raw": str(folder / emg["trials"][wildcards.trial]),
-            "mvc": str(folder / emg["mvc"]),
-        }
-    simulated = f"results/emg/{wildcards.participant}"
-    return {"raw": f"{simulated}/{wildcards.trial}_raw.csv", "mvc": f"{simulated}/mvc_raw.csv"}
+    files = STUDY.raw_emg(wildcards.participant, wildcards.trial, Path("results/emg"))
+    return {name: str(path) for name, path in files.items()}
 
 
 def calibrated_to_simulated_emg(wildcards):
     """Whether the EMG of any elevation of a participant was simulated."""
-    measured = measured_emg(wildcards.participant)["trials"]
-    return any(plane not in measured for plane in config["planes"])
-
-
-def check_conditions():
-    """Refuse predictions that are not described, or that start from one that is not."""
-    conditions = config["prediction"]["conditions"]
-    starts = ["tracking", "direct", *conditions]
-    chosen = {"predict": config["prediction"]["predict"], **config["prediction"]["predict_also"]}
-    for key, names in chosen.items():
-        for name in names:
-            if name not in conditions:
-                raise ConfigError(
-                    f"Config section 'prediction', key '{key}' names '{name}', which its "
-                    f"'conditions' do not describe. Choose from: {', '.join(conditions)}"
-                )
-    for name, condition in conditions.items():
-        if condition["start"] not in starts or condition["start"] == name:
-            raise ConfigError(
-                f"Config key 'prediction.conditions.{name}.start' is '{condition['start']}'. "
-                f"Write one of: {', '.join(starts)}"
-            )
+    return STUDY.simulates_emg(wildcards.participant)
 
 
 def tracked_elevations(wildcards):
     """Tracking solutions of a participant in the order of the composite motion."""
-    return expand(
-        f"results/tracking/{wildcards.participant}/{{plane}}_quaternion.npz",
-        plane=config["planes"],
-    )
+    solution = f"results/tracking/{wildcards.participant}/{{plane}}_quaternion.npz"
+    return expand(solution, plane=STUDY.planes)
 
 
 def elevation_envelopes(wildcards):
     """EMG envelopes of a participant in the order of the composite motion."""
-    return expand(
-        f"results/emg/{wildcards.participant}/{{plane}}_envelope.csv", plane=config["planes"]
-    )
+    envelope = f"results/emg/{wildcards.participant}/{{plane}}_envelope.csv"
+    return expand(envelope, plane=STUDY.planes)
 
 
 def scalers_of(participant):
@@ -144,73 +82,47 @@ def validation_muscles(wildcards):
     return [scalers_of(wildcards.participant)] if wildcards.muscles == "calibrated" else []
 
 
+def condition_of(wildcards):
+    """Settings of one predicted shoulder."""
+    return STUDY.condition(wildcards.condition)
+
+
 def prediction_inputs(wildcards):
     """Scalers and the solution that a prediction starts from, where it has them."""
-    condition = config["prediction"]["conditions"][wildcards.condition]
-    inputs = {}
+    condition, inputs = condition_of(wildcards), {}
     if condition["parameters"] == "calibrated":
         inputs["calibration"] = scalers_of(wildcards.participant)
-    if condition["start"] not in ("tracking", "direct"):
+    if condition["start"] in config["prediction"]["conditions"]:
         inputs["neighbour"] = f"results/prediction/{wildcards.participant}/{condition['start']}.npz"
     return inputs
 
 
-def condition_of(wildcards):
-    """Settings of one predicted shoulder."""
-    return config["prediction"]["conditions"][wildcards.condition]
-
-
-def predicted_conditions(participant):
-    """Conditions that are predicted for a participant."""
-    chosen = config["prediction"]
-    return [*chosen["predict"], *chosen["predict_also"].get(participant, [])]
+def paths_of(pattern, pairs, second):
+    """A pattern for pairs of a participant and a trial or condition."""
+    return [pattern.format(participant=name, **{second: other}) for name, other in pairs]
 
 
 def prediction_results(pattern):
     """Paths of all configured predictions."""
-    return [
-        path
-        for participant in config["participants"]
-        for path in expand(
-            pattern, participant=participant, condition=predicted_conditions(participant)
-        )
-    ]
+    return paths_of(pattern, STUDY.predicted(), "condition")
 
 
 def prediction_table(name):
     """A table of all predictions, where there are any."""
-    predicted = any(predicted_conditions(participant) for participant in config["participants"])
-    return [f"results/prediction/{name}.csv"] if predicted else []
+    return [f"results/prediction/{name}.csv"] if STUDY.predicted() else []
 
 
-VARIANTS = named_variants(config["variants"])
+def emg_results(pattern):
+    """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
+    return paths_of(pattern, STUDY.with_emg(), "trial")
 
 
-def check_variants():
-    """Refuse predictions of variants or by conditions that are not described."""
-    section = config["variants"]
-    chosen = {**section["predict"]}
-    for name in chosen:
-        if name not in VARIANTS:
-            raise ConfigError(
-                f"Config key 'variants.predict' names '{name}', which 'variants.named' does not "
-                f"describe. Choose from: {', '.join(VARIANTS)}"
-            )
-    asked = [name for people in chosen.values() for names in people.values() for name in names]
-    for name in [*asked, *section["ladder"]["conditions"]]:
-        if name not in config["prediction"]["conditions"]:
-            raise ConfigError(
-                f"Config section 'variants' asks for the condition '{name}', which "
-                "'prediction.conditions' does not describe. Choose from: "
-                f"{', '.join(config['prediction']['conditions'])}"
-            )
-    for variant in VARIANTS.values():
-        ProblemChoices(**variant.problem)
+VARIANTS = variants.named_variants(config["variants"])
 
 
 def variant_model_of(variant):
     """Name of the model of a variant, None where it is the study's own."""
-    return model_name(config["model"], VARIANTS[variant].model)
+    return variants.model_name(config["model"], VARIANTS[variant].model)
 
 
 def model_choices(name):
@@ -246,19 +158,12 @@ def geometry_model(name):
     None where the paths are the study's own.
     """
     path = model_choices(name)["serratus_path"] if name else config["model"]["serratus_path"]
-    return model_name(config["model"], {"serratus_path": path})
+    return variants.model_name(config["model"], {"serratus_path": path})
 
 
 def published_composite(participant):
     """Published healthy prediction of a participant, whose arm a variant follows."""
-    file = Path("config/participants", participant, "participant.yaml")
-    listed = yaml.safe_load(file.read_text(encoding="utf-8")).get("published_predictions", {})
-    if "healthy" not in listed:
-        raise ConfigError(
-            f"Variant on the published arm: {file} lists no published_predictions.healthy. Leave "
-            "the participant out of 'variants.predict'"
-        )
-    return str(file.parent / listed["healthy"])
+    return str(STUDY.published_composite(participant))
 
 
 def variant_inputs(wildcards):
@@ -288,57 +193,32 @@ def variant_results(pattern):
 def ladder_results(pattern):
     """Paths of all rungs of the ladder, the variant that it starts from first."""
     settings = config["variants"]["ladder"]
-    named = {name: VARIANTS[name] for name in (STUDY, settings["start"])}
+    named = {name: VARIANTS[name] for name in (variants.STUDY, settings["start"])}
     return expand(
         pattern,
-        variant=[settings["start"], *ladder(named, settings)],
+        variant=[settings["start"], *variants.ladder(named, settings)],
         participant=settings["participant"],
         condition=settings["conditions"],
     )
 
 
-def tasks_of(participant):
-    """Configured daily tasks that a participant has a recording of."""
-    return [task for task in config["validation"]["tasks"] if task in trials_of(participant)]
-
-
 def validation_results(pattern):
     """Paths of all configured daily tasks, with generic and calibrated muscles."""
     return [
-        path
-        for participant in config["participants"]
-        for task in tasks_of(participant)
-        for path in expand(
-            pattern, participant=participant, trial=task, muscles=["generic", "calibrated"]
-        )
+        pattern.format(participant=name, trial=task, muscles=muscles)
+        for name, task in STUDY.validated()
+        for muscles in MUSCLES
     ]
 
 
 def validation_envelopes(wildcards):
     """EMG envelope of each result of validation_results, in the same order."""
-    return [
-        f"results/emg/{participant}/{task}_envelope.csv"
-        for participant in config["participants"]
-        for task in tasks_of(participant)
-        for _ in ("generic", "calibrated")
-    ]
+    return validation_results("results/emg/{participant}/{trial}_envelope.csv")
 
 
 def calibrated_participants():
-    """Participants whose muscles are calibrated: all, if anything in the study needs calibration."""
-    if config["validation"]["tasks"] or prediction_table("summary"):
-        return config["participants"]
-    return []
-
-
-def emg_results(pattern):
-    """Paths of all trials whose EMG is used: elevations and tasks of calibrated participants."""
-    return [
-        path
-        for participant in calibrated_participants()
-        for trial in [*config["planes"], *tasks_of(participant)]
-        for path in expand(pattern, participant=participant, trial=trial)
-    ]
+    """Participants whose muscles are calibrated."""
+    return STUDY.calibrated()
 
 
 def blind_scores():
@@ -351,13 +231,7 @@ def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(
         pattern,
-        participant=config["participants"],
-        trial=config["planes"],
+        participant=STUDY.participants,
+        trial=STUDY.planes,
         formulation=config["formulations"],
     )
-
-
-check_config(config)
-check_recordings_exist()
-check_conditions()
-check_variants()

@@ -24,7 +24,7 @@ rule simulate_contractions:
 
 rule simulate_elevations:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
@@ -63,7 +63,7 @@ rule simulate_elevations:
 
 rule simulate_task:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
@@ -82,7 +82,7 @@ rule simulate_task:
     benchmark:
         "results/benchmarks/simulate_task/{participant}_{trial}.jsonl"
     wildcard_constraints:
-        trial="(?!(?:mvc|frontal|scapular|sagittal|composite)_)[a-z0-9_]+",
+        trial=f"(?!(?:{'|'.join([*WHOLE_RECORDINGS, *STUDY.planes])})_)[a-z0-9_]+",
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
@@ -103,7 +103,7 @@ rule simulate_task:
 rule process_emg:
     input:
         unpack(raw_emg),
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=recordings,
         channels="config/emg/channels.csv",
         code=code_of("scapulohumeral.stages.emg_processing"),

@@ -5,6 +5,9 @@
 # confidence. `make gap` makes them alone.
 
 
+from scapulohumeral.gap.settings import sections_read, with_settings
+
+GAP_SETTINGS = "config/gap/settings.yaml"
 # What the nominal model does in the study: scapula and clavicle follow from the humerus.
 VIEW = "prediction"
 
@@ -18,7 +21,7 @@ rule write_gap_config:
         python="results/logs/write_gap_config/{participant}.python.log",
     localrule: True
     params:
-        read=sections_read(config, VIEW),
+        read=sections_read(with_settings(config, Path(GAP_SETTINGS)), VIEW),
     message:
         "Configuration of the diagnosis of participant {wildcards.participant}"
     run:
@@ -27,7 +30,7 @@ rule write_gap_config:
 
 rule diagnose_gap:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=elevations,
         tables=MODEL_TABLES,
         config=rules.write_gap_config.output.config,
@@ -42,6 +45,7 @@ rule diagnose_gap:
         "results/benchmarks/diagnose_gap/{participant}.jsonl"
     params:
         view=VIEW,
+        settings=GAP_SETTINGS,
     threads: 1
     resources:
         mem_mb=4000,
@@ -50,8 +54,9 @@ rule diagnose_gap:
         "Gap between recorded and predicted elevations of participant {wildcards.participant}"
     shell:
         "python -m scapulohumeral.gap.cli gap diagnose {input.recordings}"
-        " --participant {input.participant} --config {input.config} --view {params.view}"
-        " --threads {threads} --out $(dirname {output.result}) > {log.python} 2>&1"
+        " --participant {input.participant} --config {input.config}"
+        " --settings {params.settings} --view {params.view} --threads {threads}"
+        " --out $(dirname {output.result}) > {log.python} 2>&1"
 
 
 rule gap:

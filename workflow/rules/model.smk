@@ -9,7 +9,7 @@ rule build_participant_model:
     # Runs opensim.
     input:
         tables=MODEL_TABLES,
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=recordings,
         code=code_of(
             "scapulohumeral.model.opensim_model",
@@ -37,7 +37,7 @@ rule sample_muscle_geometry:
     # Runs opensim. Each formulation has its own poses: functions of Euler angles need samples on the
     # branch of the recorded angles, also close to their singularity.
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=recordings,
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",

@@ -5,7 +5,7 @@
 rule solve_prediction:
     input:
         unpack(prediction_inputs),
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",

@@ -29,14 +29,11 @@ rule render_report:
             "results/benchmarks/solve_validation/{participant}_{trial}_{muscles}.jsonl"
         )
         + prediction_results("results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"),
-        participants=expand(
-            "config/participants/{participant}/participant.yaml",
-            participant=config["participants"],
-        ),
+        participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         published=sorted(
             str(path)
             for participant in config["participants"]
-            for path in Path("config/participants", participant).glob("published/*.csv")
+            for path in (PARTICIPANTS / participant).glob("published/*.csv")
         ),
         # Chapters of EMG, calibration, validation and prediction; without results, they say so.
         channels=["config/emg/channels.csv"],

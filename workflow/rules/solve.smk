@@ -3,7 +3,7 @@
 
 rule solve_tracking:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recording=recording,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",

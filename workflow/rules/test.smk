@@ -15,6 +15,19 @@ rule test_results:
             participant=config["participants"],
             formulation=config["formulations"],
         ),
+        models=expand("results/models/{participant}.json", participant=config["participants"]),
+        thorax=expand(
+            "results/models/{participant}_thorax.json", participant=config["participants"]
+        ),
+        geometry=expand(
+            "results/muscle_geometry/{participant}/{formulation}.npz",
+            participant=config["participants"],
+            formulation=sorted({"quaternion", *config["formulations"]}),
+        ),
+        equations=expand(
+            "results/equations/{formulation}",
+            formulation=sorted({"quaternion", *config["formulations"]}),
+        ),
         channels="config/emg/channels.csv",
         envelopes=emg_results("results/emg/{participant}/{trial}_envelope.csv"),
         calibrations=expand(
@@ -27,8 +40,11 @@ rule test_results:
         prediction_summary=prediction_table("summary"),
         rhythm=prediction_table("shr"),
         report=f"reports/{config['report']}.html",
-        tests=sorted(str(path) for path in Path("tests/results").glob("*.py")),
-        code=code_of("scapulohumeral.ocp.solution", "scapulohumeral.report.targets"),
+        tests=[
+            "tests/reintegration.py",
+            *sorted(str(path) for path in Path("tests/results").glob("*.py")),
+        ],
+        code=code_of("scapulohumeral.stages.model_files", "scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:

@@ -1,8 +1,8 @@
 """Where symbols become numbers: SymPy expressions to CasADi functions with exact derivatives.
 
 Above this module there are only symbols, below it only arrays. CasADi differentiates the
-expressions algorithmically and evaluates them for all nodes in one call; nothing is compiled, so
-one build serves every participant.
+expressions algorithmically and evaluates them for all nodes in one call. What is compiled
+(:mod:`native`) has no numbers of a participant in it, so one build serves all.
 
 Letters: N nodes, Nq coordinates, Nu = 10 speeds, P parameters, K = 13 equations,
 Z = Nq + 2 Nu + 3 arguments (q, u, du/dt, R), F = 36 rotation features.
@@ -15,6 +15,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import casadi as ca
@@ -22,7 +23,7 @@ import numpy as np
 import sympy as sm
 import sympy.physics.mechanics as me
 
-from scapulohumeral.dynamics import equations
+from scapulohumeral.dynamics import equations, native
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, SIZE, scalar_names
 from scapulohumeral.errors import ModelError
@@ -114,19 +115,67 @@ class CompiledDynamics:
         """Rotation matrices of clavicle, scapula, humerus in the thorax, shape (N, 3, 3, 3)."""
         return self._call("pose_matrices", q).reshape(len(q), 3, 3, 3)
 
+    @cached_property
+    def _mapped(self) -> dict[tuple[str, int], _Mapped]:
+        return {}
+
     def _call(self, name: str, *arguments: np.ndarray):
-        columns = [np.ascontiguousarray(a.T) if a.ndim == 2 else a for a in arguments]
-        results = self.functions[name](*columns)
-        if isinstance(results, tuple):
-            return tuple(np.array(r).T for r in results)
-        return np.array(results).T
+        nodes = len(arguments[0])
+        mapped = self._mapped.get((name, nodes))
+        if mapped is None:
+            mapped = self._mapped[name, nodes] = _Mapped(self.functions[name], nodes)
+        results = mapped(*arguments)
+        return results if len(results) > 1 else results[0]
 
     def save(self, folder: Path) -> None:
-        """Write the functions and their header to a folder."""
+        """Write the functions, compiled ones where possible, and their header to a folder."""
         folder.mkdir(parents=True, exist_ok=True)
         for name, function in self.functions.items():
             function.save(str(folder / f"{name}.casadi"))
-        (folder / "header.json").write_text(json.dumps(self.header, indent=1) + "\n")
+        header = {**self.header, "native": native.compile_functions(self.functions, folder)}
+        (folder / "header.json").write_text(json.dumps(header, indent=1) + "\n")
+
+
+class _Mapped:
+    """A function of columns, evaluated for N of them without copies beside its results.
+
+    Parameters
+    ----------
+    function : CasADi function of columns; nodes : N
+    """
+
+    def __init__(self, function: ca.Function, nodes: int) -> None:
+        self._map = function.map(nodes)
+        self._buffer, self._evaluate = self._map.buffer()
+        self._nodes = nodes
+        outputs = [function.sparsity_out(i) for i in range(function.n_out())]
+        self._sizes = [sparsity.numel() for sparsity in outputs]
+        self._places = [
+            None if sparsity.is_dense() else np.array(sparsity.find()) for sparsity in outputs
+        ]
+
+    def __call__(self, *arguments: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Results (N, size) for arguments (N, size), or (size,) where they are the same for all."""
+        rows = [np.broadcast_to(a, (self._nodes, a.shape[-1])) for a in arguments]
+        # The buffer keeps addresses only: these arrays have to live until the call is over.
+        inputs = [np.ascontiguousarray(a, dtype=float) for a in rows]
+        results = [
+            np.empty((self._nodes, size if places is None else len(places)))
+            for size, places in zip(self._sizes, self._places, strict=True)
+        ]
+        for i, array in enumerate(inputs):
+            self._buffer.set_arg(i, array.data)
+        for i, array in enumerate(results):
+            self._buffer.set_res(i, array.data)
+        self._evaluate()
+        return tuple(map(self._dense, results, self._sizes, self._places))
+
+    def _dense(self, values: np.ndarray, size: int, places: np.ndarray | None) -> np.ndarray:
+        if places is None:
+            return values
+        dense = np.zeros((self._nodes, size))
+        dense[:, places] = values
+        return dense
 
 
 def load(folder: Path) -> CompiledDynamics:
@@ -146,7 +195,9 @@ def load(folder: Path) -> CompiledDynamics:
             f"{folder}: built with CasADi {header['versions']['casadi']}, this is "
             f"{ca.__version__}; delete the folder and run the rule build_equations again"
         )
-    functions = {name: ca.Function.load(str(folder / f"{name}.casadi")) for name in FUNCTIONS}
+    functions = native.load_functions(FUNCTIONS, folder, header["native"])
+    if functions is None:
+        functions = {name: ca.Function.load(str(folder / f"{name}.casadi")) for name in FUNCTIONS}
     return _assemble(get_formulation(header["formulation"]), functions, header)
 
 

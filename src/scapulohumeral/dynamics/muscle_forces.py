@@ -320,17 +320,14 @@ class MuscleForces:
     def _rate_gradient(self, s: _State) -> np.ndarray:
         """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
         if "rate" not in s.kept:
-            zeros = np.zeros_like(s.feature)
-            jdot, _, _ = self.features.second(s.q, s.rate, zeros, zeros)
+            jdot = self.features.directional(s.q, s.rate)
             d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(s.u))
             s.kept["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
         return s.kept["rate"]
 
     def _arm_derivative(self, s: _State, tension: np.ndarray) -> np.ndarray:
         """sum_m F_m d(arms)/dq at constant F, shape (N, K, Nq)."""
-        zeros = np.zeros_like(s.feature)
-        weights = (tension * s.links[1]) @ self._length
-        _, curvature, _ = self.features.second(s.q, np.zeros_like(s.q), weights, zeros)
+        curvature = self.features.curvature(s.q, (tension * s.links[1]) @ self._length)
         curvature += np.matmul(s.y_q.transpose(0, 2, 1), (tension * s.links[2])[..., None] * s.y_q)
         slope = np.einsum("nm,nmi->ni", tension * s.links[1], s.y_q)
         rotation = np.matmul(s.rate_map.transpose(0, 2, 1), curvature)
@@ -389,10 +386,9 @@ class MuscleForces:
         """Gradients of the four scalars with respect to (q, u), shape (N, M, 4, X)."""
         n, m, nq = s.y_q.shape
         vectors = np.zeros((n, m, 4, nq + 10))
-        zeros = np.zeros_like(s.feature)
         vectors[:, :, 0, :nq] = s.y_q
         vectors[:, :, 1] = self._rate_gradient(s)
-        jdot, _, _ = self.features.second(s.q, ghost, zeros, zeros)
+        jdot = self.features.directional(s.q, ghost)
         vectors[:, :, 2, :nq] = _contract(self._length, jdot)
         vectors[:, :, 2, :nq] += np.matmul(s.y_q, self._rate_jacobian(multipliers[:, :10]))
         vectors[:, :, 3, :nq] = np.einsum(
@@ -406,9 +402,9 @@ class MuscleForces:
         c_y, c_r, c_w = (gradient[..., k] @ self._length for k in range(3))
         pulls = np.einsum("nm,nk->nkm", gradient[..., 3], multipliers[:, 10:]).reshape(n, -1)
         c_t = pulls @ self._translation
-        _, h_plain, third_r = self.features.second(s.q, s.rate, c_y + c_t, c_r)
-        _, h_r, third_w = self.features.second(s.q, ghost, c_r, c_w)
-        _, h_w, _ = self.features.second(s.q, ghost, c_w, np.zeros_like(c_w))
+        h_plain, h_r, h_w = (self.features.curvature(s.q, c) for c in (c_y + c_t, c_r, c_w))
+        third_r = self.features.directional_curvature(s.q, s.rate, c_r)
+        third_w = self.features.directional_curvature(s.q, ghost, c_w)
         cross = np.matmul(h_r, self._rate_jacobian(s.u))
         cross += np.matmul(h_w, self._rate_jacobian(multipliers[:, :10]))
         h = np.zeros((n, nq + 10, nq + 10))

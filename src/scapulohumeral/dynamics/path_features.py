@@ -19,6 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from scapulohumeral.dynamics.compiled import CompiledDynamics
+from scapulohumeral.model.muscle_geometry import ROTATION_FEATURES
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,17 @@ class MonomialFeatures:
             )
         return np.array(list(index), dtype=int), orders
 
+    @cached_property
+    def _latest(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        return []
+
     def _monomials(self, v: np.ndarray) -> np.ndarray:
-        """Every monomial of the closure, shape (N, D)."""
+        """Every monomial of the closure, shape (N, D); those of the last point are kept."""
+        if not any(np.array_equal(kept, v) for kept, _ in self._latest):
+            self._latest[:] = [(v.copy(), self._new_monomials(v))]
+        return self._latest[0][1]
+
+    def _new_monomials(self, v: np.ndarray) -> np.ndarray:
         exponents, _ = self._closure
         powers = v[:, :, None] ** np.arange(int(exponents.max(initial=0)) + 1)
         values = np.ones((len(v), len(exponents)))
@@ -83,49 +93,77 @@ class MonomialFeatures:
         return values
 
     @cached_property
-    def _sums(self) -> list[sparse.csr_matrix]:
-        """Matrices that sum derivative terms into their output positions."""
+    def _gradient_sums(self) -> list[sparse.csr_matrix]:
+        """Matrices that sum first and second derivatives into (F, V), by the first variable."""
         size, nv = self.exponents.shape
-        _, (first, second, third) = self._closure
-        targets = [
-            (first.feature * nv + first.variables[:, 0], size * nv),
-            (second.feature * nv + second.variables[:, 0], size * nv),
-            (second.variables[:, 0] * nv + second.variables[:, 1], nv * nv),
-            (third.variables[:, 0] * nv + third.variables[:, 1], nv * nv),
-        ]
+        _, orders = self._closure
         return [
-            sparse.csr_matrix(
-                (np.ones(len(rows)), (np.arange(len(rows)), rows)), shape=(len(rows), width)
-            )
-            for rows, width in targets
+            _sums([terms.feature * nv + terms.variables[:, 0]], size * nv) for terms in orders[:2]
         ]
+
+    @cached_property
+    def _symmetric(self) -> list[tuple[_Contraction, sparse.csr_matrix]]:
+        """Second and third derivatives by ordered first two variables, and their sums (V, V).
+
+        Each stands for its mirror image too.
+        """
+        nv = self.exponents.shape[1]
+        _, orders = self._closure
+        result = []
+        for terms in orders[1:]:
+            chosen = terms.variables[:, 0] <= terms.variables[:, 1]
+            half = _Contraction(
+                terms.feature[chosen],
+                terms.source[chosen],
+                terms.coefficient[chosen],
+                terms.variables[chosen],
+            )
+            i, j = half.variables[:, 0], half.variables[:, 1]
+            result.append((half, _sums([i * nv + j, j * nv + i], nv * nv)))
+        return result
 
     def first(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (N, F) and gradients (N, F, V)."""
         m = self._monomials(v)
         _, (first, _, _) = self._closure
         size, nv = self.exponents.shape
-        gradient = (m[:, first.source] * first.coefficient) @ self._sums[0]
+        gradient = (m[:, first.source] * first.coefficient) @ self._gradient_sums[0]
         return m[:, :size], gradient.reshape(len(v), size, nv)
 
-    def second(
-        self, v: np.ndarray, rate: np.ndarray, weights: np.ndarray, rate_weights: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As :meth:`CompiledDynamics.feature_second`, with V in place of Nq."""
-        m = self._monomials(v)
-        size, nv = self.exponents.shape
-        _, (_, second, third) = self._closure
-        curvature = m[:, second.source] * second.coefficient
-        jdot = (curvature * rate[:, second.variables[:, 1]]) @ self._sums[1]
-        hess = (curvature * weights[:, second.feature]) @ self._sums[2]
-        third_terms = m[:, third.source] * third.coefficient
-        third_terms *= rate[:, third.variables[:, 2]] * rate_weights[:, third.feature]
-        n = len(v)
-        return (
-            jdot.reshape(n, size, nv),
-            hess.reshape(n, nv, nv),
-            (third_terms @ self._sums[3]).reshape(n, nv, nv),
-        )
+    def directional(self, v: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Gradients of grad f . rate, (N, F, V), for rate (N, V)."""
+        _, (_, second, _) = self._closure
+        terms = self._monomials(v)[:, second.source] * second.coefficient
+        terms *= rate[:, second.variables[:, 1]]
+        return (terms @ self._gradient_sums[1]).reshape(len(v), *self.exponents.shape)
+
+    def curvature(self, v: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """sum_k weights_k hess f_k, (N, V, V), for weights (N, F)."""
+        second, sums = self._symmetric[0]
+        terms = self._monomials(v)[:, second.source] * second.coefficient
+        terms *= weights[:, second.feature]
+        return (terms @ sums).reshape(len(v), *2 * v.shape[1:])
+
+    def directional_curvature(
+        self, v: np.ndarray, rate: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """sum_k weights_k hess(grad f_k . rate), (N, V, V), for rate (N, V), weights (N, F)."""
+        third, sums = self._symmetric[1]
+        terms = self._monomials(v)[:, third.source] * third.coefficient
+        terms *= weights[:, third.feature]
+        terms *= rate[:, third.variables[:, 2]]
+        return (terms @ sums).reshape(len(v), *2 * v.shape[1:])
+
+
+def _sums(targets: list[np.ndarray], width: int) -> sparse.csr_matrix:
+    """Matrix that adds each term to the target positions given, once to each of them."""
+    count = len(targets[0])
+    rows = np.tile(np.arange(count), len(targets))
+    entries = sparse.coo_matrix(
+        (np.ones(len(rows)), (rows, np.concatenate(targets))), shape=(count, width)
+    ).tocsr()
+    entries.data[:] = 1.0
+    return entries
 
 
 @dataclass(frozen=True)
@@ -147,24 +185,36 @@ class PathFeatures:
         full[:, :, self._variables] = gradient
         return np.hstack([values, rotation]), np.concatenate([full, rotation_gradient], axis=1)
 
-    def second(
-        self, q: np.ndarray, rate: np.ndarray, weights: np.ndarray, rate_weights: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Directional gradient (N, F, Nq) and weighted Hessians (N, Nq, Nq), twice.
-
-        Second: sum_k weights_k hess f_k; third: sum_k rate_weights_k hess(grad f_k . rate).
-        """
-        split = self.monomials.exponents.shape[0]
+    def directional(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Gradients of grad f . rate, (N, F, Nq), for rate (N, Nq)."""
         idx = self._variables
-        jdot, hess, third = self.monomials.second(
-            q[:, idx], rate[:, idx], weights[:, :split], rate_weights[:, :split]
-        )
-        jdot_r, hess_r, third_r = self.dynamics.feature_second(
-            q, rate, weights[:, split:], rate_weights[:, split:]
-        )
+        split = self.monomials.exponents.shape[0]
         full = np.zeros((len(q), split, q.shape[1]))
-        full[:, :, idx] = jdot
-        square = np.ix_(np.arange(len(q)), idx, idx)
-        hess_r[square] += hess
-        third_r[square] += third
-        return np.concatenate([full, jdot_r], axis=1), hess_r, third_r
+        full[:, :, idx] = self.monomials.directional(q[:, idx], rate[:, idx])
+        none = np.zeros((len(q), ROTATION_FEATURES))
+        rotation, _, _ = self.dynamics.feature_second(q, rate, none, none)
+        return np.concatenate([full, rotation], axis=1)
+
+    def curvature(self, q: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """sum_k weights_k hess f_k, (N, Nq, Nq), for weights (N, F)."""
+        split = self.monomials.exponents.shape[0]
+        own, rotation = weights[:, :split], weights[:, split:]
+        none = np.zeros_like(rotation)
+        _, total, _ = self.dynamics.feature_second(q, np.zeros_like(q), rotation, none)
+        return self._add(total, self.monomials.curvature(q[:, self._variables], own))
+
+    def directional_curvature(
+        self, q: np.ndarray, rate: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """sum_k weights_k hess(grad f_k . rate), (N, Nq, Nq), for rate (N, Nq), weights (N, F)."""
+        idx, split = self._variables, self.monomials.exponents.shape[0]
+        own, rotation = weights[:, :split], weights[:, split:]
+        none = np.zeros_like(rotation)
+        _, _, total = self.dynamics.feature_second(q, rate, none, rotation)
+        return self._add(total, self.monomials.directional_curvature(q[:, idx], rate[:, idx], own))
+
+    def _add(self, total: np.ndarray, monomials: np.ndarray) -> np.ndarray:
+        """Second derivatives (N, Nq, Nq) with those of the monomials (N, V, V) added."""
+        idx = self._variables
+        total[np.ix_(np.arange(len(total)), idx, idx)] += monomials
+        return total

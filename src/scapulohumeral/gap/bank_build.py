@@ -5,7 +5,7 @@ Cases of one person share a model, so that it is built once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -77,13 +77,16 @@ def build_bank(request: BankRequest, config: Mapping[str, Any]) -> int:
             # After every case: building takes an hour, and what there is can be used.
             write_bank(request.out, rows, settings)
             print(f"{len(rows)} rows", flush=True)
-    probes = [
-        probe(folder, request.config, request.cache, config)
-        for folder in sorted(request.probes.iterdir())
-        if folder.is_dir()
-    ]
-    write_bank(request.out, rows, settings, probes)
+    vouching = list(probes(request.probes, request.config, request.cache, config))
+    write_bank(request.out, rows, settings, vouching)
     return len(rows)
+
+
+def probes(folder: Path, file: Path, cache: Path, config: Mapping[str, Any]) -> Iterator[Probe]:
+    """Probes of all cases in a folder, one after the other."""
+    for case in sorted(folder.iterdir()):
+        if case.is_dir():
+            yield probe(case, file, cache, config)
 
 
 def probe(folder: Path, file: Path, cache: Path, config: Mapping[str, Any]) -> Probe:

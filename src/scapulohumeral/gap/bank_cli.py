@@ -7,7 +7,9 @@ from functools import partial
 from pathlib import Path
 
 
-def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache: Path) -> None:
+def add_bank_commands(
+    commands: argparse._SubParsersAction, config: Path, settings: Path, cache: Path
+) -> None:
     """Add ``bank`` to the commands of ``gap``, with the default configuration and cache."""
     bank = commands.add_parser("bank", help="thresholds from cases without any effect")
     steps = bank.add_subparsers(required=True, metavar="STEP")
@@ -21,6 +23,11 @@ def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache:
     )  # fmt: skip
     build.add_argument("--out", type=Path, required=True, help="bank, JSON")
     build.set_defaults(run=_build)
+    probe = steps.add_parser(
+        "probe", help="add cases to a bank that fits, to be tested again later"
+    )
+    probe.add_argument("--cases", type=Path, required=True, metavar="DIR", help="folder of cases")
+    probe.set_defaults(run=_probe)
     check = steps.add_parser("check", help="say whether the bank fits; exit code 2 if not")
     check.add_argument(
         "--recompute", type=int, metavar="N",
@@ -32,28 +39,50 @@ def add_bank_commands(commands: argparse._SubParsersAction, config: Path, cache:
         "--stamp", action="store_true", help="if all rows agree, renew the hash of the bank"
     )
     check.set_defaults(run=_check)
-    for step in (build, check):
+    for step in (build, probe, check):
         step.add_argument("--config", type=Path, default=config, metavar="FILE")
+        step.add_argument("--settings", type=Path, default=settings, metavar="FILE")
         step.add_argument("--cache", type=Path, default=cache, metavar="DIR")
 
 
 def _build(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.configuration import read_config
     from scapulohumeral.gap.bank_build import BankRequest, build_bank
+    from scapulohumeral.gap.settings import read_diagnosis_config
 
     request = BankRequest(
         tuple(options.cases), options.probes, options.config, options.cache, options.out
     )
-    print(f"{build_bank(request, read_config(options.config))} rows in {options.out}")
+    config = read_diagnosis_config(options.config, options.settings)
+    print(f"{build_bank(request, config)} rows in {options.out}")
+    return 0
+
+
+def _probe(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.gap.bank import bank_file, read_bank, write_bank
+    from scapulohumeral.gap.bank_build import probes
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+
+    config = read_diagnosis_config(options.config, options.settings)
+    settings = read_settings(config)
+    file = bank_file(settings)
+    bank, reason = read_bank(file, settings)
+    if bank is None:
+        raise ConfigError(f"{file}: {reason}. Probes of other code would vouch for nothing.")
+    found = {one.case: one for one in bank.probes}
+    for one in probes(options.cases, options.config, options.cache, config):
+        found[one.case] = one
+        # After every one: each takes minutes.
+        write_bank(file, bank.cases, settings, tuple(found.values()))
+        print(f"{one.case}: {len(one.rows)} rows", flush=True)
     return 0
 
 
 def _check(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.configuration import read_config
     from scapulohumeral.errors import ConfigError
     from scapulohumeral.gap.bank import bank_file, read_bank
     from scapulohumeral.gap.run import REFUSED
-    from scapulohumeral.gap.settings import read_settings
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
     if (options.recompute is None) != (options.cases is None):
         raise ConfigError("--recompute N and --cases DIR: expected both or none of them.")
@@ -61,7 +90,7 @@ def _check(options: argparse.Namespace, command: str) -> int:
         raise ConfigError("--stamp: a hash is renewed after rows agree; add --recompute N.")
     if options.recompute is not None and not _agrees(options):
         return REFUSED
-    settings = read_settings(read_config(options.config))
+    settings = read_settings(read_diagnosis_config(options.config, options.settings))
     bank, reason = read_bank(bank_file(settings), settings)
     print(reason or f"the bank fits: {len(bank.cases) if bank else 0} rows")
     return 0 if bank else REFUSED
@@ -69,13 +98,12 @@ def _check(options: argparse.Namespace, command: str) -> int:
 
 def _agrees(options: argparse.Namespace) -> bool:
     """Whether probes agree with the present code; renews the hash if that is asked for."""
-    from scapulohumeral.configuration import read_config
     from scapulohumeral.gap.bank import bank_file, load_bank, write_bank
     from scapulohumeral.gap.bank_build import probe
     from scapulohumeral.gap.bank_probe import recomputed
-    from scapulohumeral.gap.settings import read_settings
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
-    config = read_config(options.config)
+    config = read_diagnosis_config(options.config, options.settings)
     settings = read_settings(config)
     file = bank_file(settings)
     bank = load_bank(file)

@@ -73,8 +73,8 @@ def recomputed(
     """
     if not 1 <= number <= len(bank.probes):
         raise ConfigError(
-            f"--recompute {number}: the bank has {len(bank.probes)} probes; "
-            f"expected 1 to {len(bank.probes)}."
+            f"--recompute {number}: the bank has {len(bank.probes)} probes; expected at most as "
+            "many, and one at least. `gap bank probe` adds some while the bank fits."
         )
     rows: list[Row] = []
     for probe in random.Random(seed).sample(bank.probes, number):

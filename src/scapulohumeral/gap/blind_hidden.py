@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.blind import folder_request
 from scapulohumeral.gap.blind_scores import HiddenGap, ScoredCase
@@ -36,7 +35,7 @@ from scapulohumeral.gap.records import read_records, repeat_noise
 from scapulohumeral.gap.refit import Resolve, kept_movement, recorded_change
 from scapulohumeral.gap.result import JOIN
 from scapulohumeral.gap.run import read_case
-from scapulohumeral.gap.settings import GapSettings, read_settings
+from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
 from scapulohumeral.gap.shrinkage import remaining
 from scapulohumeral.gap.signatures import FIRMNESS, respond
 
@@ -64,7 +63,7 @@ def hidden_shrinkage(
     ------
     DataError                        the answer lacks its table of errors or of factors
     """
-    config = read_config(config_file)
+    config = read_diagnosis_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config)
     case = read_case(folder_request(scored.folder, config_file, cache), config)
     test, reference = (_trial(scored.key, side) for side in ("test", "reference"))

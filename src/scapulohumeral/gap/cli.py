@@ -16,9 +16,10 @@ from pathlib import Path
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.bank_cli import add_bank_commands
 from scapulohumeral.gap.blind_cli import add_blind_commands
-from scapulohumeral.provenance import SOURCE_ROOT
+from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
 
-CONFIG = SOURCE_ROOT.parent / "config" / "config.yaml"
+CONFIG = CONFIG_FOLDER / "config.yaml"
+SETTINGS = CONFIG_FOLDER / "gap" / "settings.yaml"
 CACHE = SOURCE_ROOT.parent / "results" / "gap" / "models"
 EXIT_CODES = (
     "Exit code 0: DIR/result.json holds an answer, which may be that there is no gap, or that none "
@@ -54,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     gap = areas.add_parser("gap", help="the gap between recorded trials and the model")
     commands = gap.add_subparsers(required=True, metavar="COMMAND")
     _add_diagnose(commands)
-    add_bank_commands(commands, CONFIG, CACHE)
+    add_bank_commands(commands, CONFIG, SETTINGS, CACHE)
     add_blind_commands(commands, CONFIG, CACHE)
     return parser
 
@@ -77,7 +78,8 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
-    add("--config", type=Path, default=CONFIG, metavar="FILE")
+    add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study")
+    add("--settings", type=Path, default=SETTINGS, metavar="FILE", help="of diagnoses")
     add("--cache", type=Path, default=CACHE, metavar="DIR")
     diagnose.set_defaults(run=_diagnose)
 
@@ -96,6 +98,7 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         threads=options.threads,
         command=command,
         view=options.view,
+        settings=options.settings,
     )
     return run(request)
 

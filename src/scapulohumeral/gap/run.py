@@ -17,7 +17,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scapulohumeral.configuration import read_config
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
@@ -33,7 +32,14 @@ from scapulohumeral.gap.participant_model import (
 )
 from scapulohumeral.gap.report import write_report
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
-from scapulohumeral.gap.settings import VIEWS, View, read_settings, sections_read
+from scapulohumeral.gap.settings import (
+    SETTINGS,
+    VIEWS,
+    View,
+    read_diagnosis_config,
+    read_settings,
+    sections_read,
+)
 from scapulohumeral.gap.trials import read_trials, trial_files
 from scapulohumeral.instructions import instruction_hash
 
@@ -58,7 +64,8 @@ log = logging.getLogger(__name__)
 class Request:
     """What the command was asked for; `participant` None: beside the test files.
 
-    `view` says whether trials are compared with the tracked or the predicted motion.
+    `config`: of the study, `settings`: of diagnoses. `view` says whether trials are compared with
+    the tracked or the predicted motion.
     """
 
     tests: tuple[Path, ...]
@@ -71,6 +78,7 @@ class Request:
     threads: int
     command: str
     view: View = "tracking"
+    settings: Path = SETTINGS
 
 
 def run(request: Request) -> int:
@@ -86,7 +94,7 @@ def run(request: Request) -> int:
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
-            config = sections_read(read_config(request.config), *VIEWS)
+            config = sections_read(read_diagnosis_config(request.config, request.settings), *VIEWS)
             # Contradictions are refused before a model is built.
             read_settings(config)
             case = read_case(request, config)

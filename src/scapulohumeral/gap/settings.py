@@ -1,106 +1,135 @@
-"""How a diagnosis is made: section `gap` of the configuration."""
+"""How a diagnosis is made: keys of ``config/gap/settings.yaml``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
+from scapulohumeral.configuration.check import checked, read_config, read_yaml
+from scapulohumeral.configuration.fields import Angles, Real, Section, Whole, key
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.provenance import CONFIG_FOLDER
 
+SETTINGS = CONFIG_FOLDER / "gap" / "settings.yaml"
 # What the nominal model does: track all segments, or predict scapula and clavicle from the humerus.
 View = Literal["tracking", "prediction"]
 VIEWS: tuple[View, ...] = ("tracking", "prediction")
 
 
 @dataclass(frozen=True)
-class SessionSpread:
-    """Standard deviations of what changes between two recordings of one person without a cause.
+class SessionSpread(Section):
+    """Standard deviations of what changes between two recordings of one person without a cause."""
 
-    Attributes
-    ----------
-    emg_gain : of the logarithm of each channel's gain; emg_offset : of each channel
-    frame_deg : of each segment frame about each axis
-    clavicle_axial_deg : of the axial rotation of the clavicle, which skin markers hardly see
-    posture_deg : of the intended angle of each joint, smooth over the movement
-    timing_ms : of EMG against kinematics
-    """
-
-    emg_gain: float
-    emg_offset: float
-    frame_deg: float
-    clavicle_axial_deg: float
-    posture_deg: float
-    timing_ms: float
+    emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
+    emg_offset: Annotated[Real, key("Offset of an EMG channel [fraction of MVC].", gt=0, le=1)]
+    frame_deg: Annotated[Real, key("Each segment frame about each axis [deg].", gt=0, le=45)]
+    clavicle_axial_deg: Annotated[
+        Real,
+        key("Axial rotation of the clavicle, which skin markers hardly see [deg].", gt=0, le=90),
+    ]
+    posture_deg: Annotated[
+        Real, key("Intended angle of each joint, smooth over the movement [deg].", gt=0, le=45)
+    ]
+    timing_ms: Annotated[Real, key("EMG clock against motion clock [ms].", gt=0, le=500)]
 
 
 @dataclass(frozen=True)
-class NoisePrior:
-    """Standard deviations between repeats, as far as the repeats of a case cannot tell.
+class NoisePrior(Section):
+    """Standard deviations between repeats, as far as the repeats of a case cannot tell."""
 
-    Attributes
-    ----------
-    kinematics_deg : of each joint angle; emg : of each channel; contact_N : of each component
-    repeats : number of repeats that this knowledge is worth
-    """
-
-    kinematics_deg: float
-    emg: float
-    contact_N: float
-    repeats: float
+    kinematics_deg: Annotated[Real, key("Joint angles [deg].", gt=0, le=45)]
+    emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
+    contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
+    repeats: Annotated[Real, key("Repeats that this knowledge is worth [1].", gt=0, le=100)]
 
 
 @dataclass(frozen=True)
-class ModelSpread:
-    """Standard deviations of the model's own error, for cases without reference.
+class ModelSpread(Section):
+    """Standard deviations of the model's own error, for cases without reference."""
 
-    Attributes
-    ----------
-    kinematics_deg, emg, contact_N : as in :class:`NoisePrior`
-    emg_gain : of the logarithm of each channel's gain
-    """
-
-    kinematics_deg: float
-    emg: float
-    contact_N: float
-    emg_gain: float
+    kinematics_deg: Annotated[Real, key("Joint angles of scapula and clavicle [deg].", gt=0, le=45)]
+    emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
+    contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
+    emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
 
 
 @dataclass(frozen=True)
-class GapSettings:
-    """How a diagnosis is made; the keys of section `gap`, except the nominal weights and folder.
+class CaseGeometry(Section):
+    """Keys of section `geometry` of the study that differ for the model of a case."""
+
+    poses: Annotated[Whole, key("Poses to fit to [1].", ge=100, le=20000)]
+    held_out_poses: Annotated[Whole, key("Poses to judge the fit on [1].", ge=50, le=20000)]
+    scapula_turn_deg: Annotated[
+        Angles, key("Lowest and highest turn of the scapula under the recorded arm [deg].")
+    ]
+
+
+@dataclass(frozen=True)
+class _Keys(Section):
+    nodes: Annotated[Whole, key("Mesh nodes of every movement [1].", ge=12, le=101)]
+    phase_functions: Annotated[
+        Whole, key("Smooth functions of phase kept of every curve [1].", ge=2, le=20)
+    ]
+    iterations: Annotated[
+        Whole, key("Iterations after which a solve counts as failed [1].", ge=10, le=10000)
+    ]
+    alpha: Annotated[Real, key("False alarms allowed for the claim of a gap [1].", gt=0, le=0.5)]
+    short_list: Annotated[
+        Whole, key("Effects whose amplitudes are fitted by solving again [1].", ge=1, le=20)
+    ]
+    refits: Annotated[Whole, key("Gauss-Newton steps of each of them [1].", ge=1, le=10)]
+    signature_error: Annotated[
+        Real, key("Relative error of predicted changes, by channel [1].", ge=0, le=2)
+    ]
+    temperature: Annotated[
+        Real, key("Divides log evidence before it becomes probability [1].", ge=1, le=100)
+    ]
+    prior_no_gap: Annotated[Real, key("Probability of no gap before any data [1].", gt=0, le=0.9)]
+    prior_none: Annotated[
+        Real, key("Probability of no known cause before any data [1].", gt=0, le=0.9)
+    ]
+    null_bank: Annotated[
+        str,
+        key(
+            "File of thresholds from effect-free cases, relative to the folder config [no unit].",
+            pattern=r"^[A-Za-z0-9_./-]+[.]json$",
+        ),
+    ]
+    session: Annotated[
+        SessionSpread, key("Standard deviations of what changes between two recordings.")
+    ]
+    noise: Annotated[
+        NoisePrior, key("Standard deviations between repeats, where repeats are missing.")
+    ]
+    model: Annotated[ModelSpread, key("Standard deviations of the model's own error.")]
+
+
+@dataclass(frozen=True)
+class GapSection(_Keys):
+    """All keys of the file."""
+
+    stability: Annotated[
+        Real, key("Weight of shear over compression at the glenoid, squared [1/s].", gt=0, le=1.0e4)
+    ]
+    geometry: Annotated[
+        CaseGeometry, key("Keys of `geometry` that differ for the model of a case.")
+    ]
+
+
+@dataclass(frozen=True)
+class GapSettings(_Keys):
+    """How a diagnosis is made: the keys of the file, and what follows from the study's.
 
     Attributes
     ----------
-    nodes : mesh nodes of every movement; phase_functions : smooth functions kept of each curve
-    iterations : after which a solve counts as failed
-    alpha : false alarms allowed for the claim of a gap
-    short_list : effects that are solved again; refits : Gauss-Newton steps of each
-    signature_error : relative error of predicted changes, by channel
-    temperature : divides log evidence before it becomes probability
-    prior_no_gap, prior_none : prior probabilities; the rest is shared by the families
-    session, noise, model : see there
-    weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
-    null_bank : file of thresholds from effect-free cases, relative to the configuration
     geometry : keys of section `geometry` that differ for the models of cases
+    weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     view : what the nominal model does
     """
 
-    nodes: int
-    phase_functions: int
-    iterations: int
-    alpha: float
-    short_list: int
-    refits: int
-    signature_error: float
-    temperature: float
-    prior_no_gap: float
-    prior_none: float
-    null_bank: str
     geometry: Mapping[str, Any]
-    session: SessionSpread
-    noise: NoisePrior
-    model: ModelSpread
     weights: Mapping[str, float]
     view: View = "tracking"
 
@@ -118,38 +147,45 @@ class GapSettings:
             )
 
 
-def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSettings:
-    """Settings of a configuration; predictions have the weights of the study's healthy ones.
+def read_diagnosis_config(path: Path, settings: Path = SETTINGS) -> dict[str, Any]:
+    """The configuration of the study in a file, with the settings of diagnoses as section `gap`.
 
     Raises
     ------
-    ConfigError                      section or key missing or unknown, or a contradiction
+    ConfigError                      a file cannot be read, or a value is refused
     """
-    if "gap" not in config:
-        raise ConfigError("no section 'gap' in the configuration; expected it as in config.yaml.")
-    section = dict(config["gap"])
-    parts = {"session": SessionSpread, "noise": NoisePrior, "model": ModelSpread}
-    stability = section.pop("stability", 0.0)
+    return with_settings(read_config(path), settings)
+
+
+def with_settings(config: Mapping[str, Any], settings: Path) -> dict[str, Any]:
+    """A configuration of the study with the settings in a file as section `gap`."""
+    section = read_yaml(settings)
+    checked(GapSection, section, f"{settings}, ", SETTINGS)
+    return {**config, "gap": section}
+
+
+def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSettings:
+    """Settings of a configuration; predictions have the weights of the study's healthy ones.
+
+    Parameters
+    ----------
+    config : as of :func:`read_diagnosis_config`, or its :func:`sections_read`
+
+    Raises
+    ------
+    ConfigError                      a value is refused, or there is a contradiction
+    """
+    section = checked(GapSection, config["gap"], "settings of the diagnosis, ", SETTINGS)
+    stability = section.stability
     if view == "prediction":
         stability = config["prediction"]["conditions"]["healthy"]["w_gh"]
-    section["weights"] = {**config["weights"][view], "stability": stability}
-    section["view"] = view
-    known = {field.name for field in fields(GapSettings)}
-    for name, kind in parts.items():
-        expected = {field.name for field in fields(kind)}
-        found = set(section.get(name, ()))
-        if expected != found:
-            raise ConfigError(
-                f"gap.{name}: keys {', '.join(sorted(found))}; "
-                f"expected {', '.join(sorted(expected))}."
-            )
-        section[name] = kind(**section[name])
-    if set(section) != known:
-        wrong = ", ".join(sorted(set(section) ^ known))
-        raise ConfigError(
-            f"gap: missing or unknown key {wrong}; expected {', '.join(sorted(known))}."
-        )
-    return GapSettings(**section)
+    shared = {field.name: getattr(section, field.name) for field in fields(_Keys)}
+    return GapSettings(
+        **shared,
+        geometry=asdict(section.geometry),
+        weights={**config["weights"][view], "stability": stability},
+        view=view,
+    )
 
 
 def sections_read(config: Mapping[str, Any], *views: View) -> dict[str, Any]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Literal, get_args
 
 from scapulohumeral.errors import ConfigError
 
-MASSES = ("published", "divided", "anthropometric")
-SERRATUS_PATHS = ("flattened", "flattened_rescaled", "as_scaled")
-FIBRES = ("recorded_range", "common_range", "published")
-GIRDLE_STOPS = ("hanging", "wide")
+Masses = Literal["published", "divided", "anthropometric"]
+SerratusPath = Literal["flattened", "flattened_rescaled", "as_scaled"]
+Fibres = Literal["recorded_range", "common_range", "published"]
+GirdleStops = Literal["hanging", "wide"]
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class ModelChoices:
     def __post_init__(self) -> None:
         """Refuse words that name no choice."""
         for key, allowed in (
-            ("masses", MASSES),
-            ("serratus_path", SERRATUS_PATHS),
-            ("fibres", FIBRES),
-            ("girdle_stops", GIRDLE_STOPS),
+            ("masses", get_args(Masses)),
+            ("serratus_path", get_args(SerratusPath)),
+            ("fibres", get_args(Fibres)),
+            ("girdle_stops", get_args(GirdleStops)),
         ):
             if getattr(self, key) not in allowed:
                 raise ConfigError(

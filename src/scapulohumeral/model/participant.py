@@ -12,13 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
-
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import Motion, read_motion
-from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
+from scapulohumeral.model.participant_file import read_participant_file
 from scapulohumeral.model.smoothing import smooth_recording
 
 
@@ -101,11 +97,6 @@ class Participant:
         return self.trials[name]
 
 
-def list_participants(directory: Path) -> tuple[str, ...]:
-    """Names of the participants in a directory: its folders with a participant.yaml."""
-    return tuple(sorted(path.parent.name for path in directory.glob("*/participant.yaml")))
-
-
 def read_participant(directory: Path, name: str) -> Participant:
     """Read and validate a participant with all recorded motions.
 
@@ -119,17 +110,10 @@ def read_participant(directory: Path, name: str) -> Participant:
     ConfigError                      unknown participant, or participant.yaml is wrong
     DataError                        a recorded motion cannot be used
     """
-    path = directory / name / "participant.yaml"
-    if not path.is_file():
-        raise ConfigError(
-            f"participant '{name}': no {path}. Choose from "
-            f"{', '.join(list_participants(directory)) or 'none'}, or add the file."
-        )
-    document = _read_document(path)
-    if document["id"] != name:
-        raise ConfigError(f"{path}, id: '{document['id']}'; expected '{name}' as the folder.")
+    document = read_participant_file(directory, name)
+    folder = directory / name
     ellipsoid = document.get("published_thorax_ellipsoid")
-    emg = _measured_emg(path, document)
+    emg = _measured_emg(folder, document)
     return Participant(
         name=name,
         side=document["side"],
@@ -142,42 +126,23 @@ def read_participant(directory: Path, name: str) -> Participant:
         preserve_mass_distribution=document["mass"]["preserve_mass_distribution"],
         thorax_ellipsoid=ellipsoid and Ellipsoid(**{k: tuple(v) for k, v in ellipsoid.items()}),
         trials={
-            key: _trial(path.parent, key, entry, emg.get(key))
+            key: _trial(folder, key, entry, emg.get(key))
             for key, entry in document["trials"].items()
         },
         predictions={
-            condition: path.parent / file
+            condition: folder / file
             for condition, file in document.get("published_predictions", {}).items()
         },
     )
 
 
-def _read_document(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: not valid YAML: {error}. Correct the line named.") from error
-    fault = best_match(Draft202012Validator(PARTICIPANT_SCHEMA).iter_errors(document))
-    if fault is not None:
-        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
-        hint = fault.schema.get("description", "see the comments in the other participants' files")
-        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
-    return document
-
-
-def _measured_emg(path: Path, document: Mapping[str, Any]) -> dict[str, MeasuredEmg]:
+def _measured_emg(folder: Path, document: Mapping[str, Any]) -> dict[str, MeasuredEmg]:
     """Measured EMG by name of the trial."""
     emg = document.get("emg", {"trials": {}})
-    unknown = set(emg["trials"]) - set(document["trials"])
-    if unknown:
-        raise ConfigError(
-            f"{path}, emg.trials: {', '.join(sorted(unknown))}; expected names of its trials: "
-            f"{', '.join(document['trials'])}. Correct the name, or add the recorded motion."
-        )
     return {
         trial: MeasuredEmg(
-            file=path.parent / file,
-            mvc_file=path.parent / emg["mvc"],
+            file=folder / file,
+            mvc_file=folder / emg["mvc"],
             delay_s=float(emg["delay_s"]),
             labels=emg.get("labels", {}),
         )

@@ -5,7 +5,7 @@ Letters: N nodes, M muscles, C channels.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,3 +51,13 @@ class EmgTerm:
     def errors(self, excitation: np.ndarray) -> np.ndarray:
         """Excitation of each channel minus its envelope, (N, C), for excitations (N, M)."""
         return excitation @ self.channels.T - self.envelopes
+
+    def on_nodes(self, nodes: int) -> EmgTerm:
+        """The same term on a mesh of the same duration with another number of nodes."""
+        here, there = np.linspace(0, 1, len(self.activity)), np.linspace(0, 1, nodes)
+        envelopes = [np.interp(there, here, column) for column in self.envelopes.T]
+        return replace(
+            self,
+            envelopes=np.stack(envelopes, axis=1),
+            activity=np.interp(there, here, self.activity),
+        )

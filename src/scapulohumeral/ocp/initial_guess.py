@@ -6,17 +6,21 @@ Letters: N nodes, M muscles, Nq coordinates.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.errors import SolveError
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 
 EFFORT_WEIGHT = 0.5
 MOMENT_WEIGHT = 0.01  # 1/(N m): 10 N m weigh as much as 3.4 deg of rotation
 RELIEF_STEPS = 40
+# Bounds of activations that a solve starts from [1].
+START_ACTIVATION = (1e-3, 0.99)
+SHARING_STEPS = 100
+SHARING_TOLERANCE = 1e-9
 
 
 def coordinates(formulation: str, angles: np.ndarray) -> np.ndarray:
@@ -51,15 +55,58 @@ def static_optimisation(
     z = np.hstack([q, u, np.gradient(u, step, axis=0), np.zeros((len(q), 3))])
     load = forces.dynamics.residual(z, parameters)
     activation = np.empty_like(length)
-    effort = EFFORT_WEIGHT * np.eye(length.shape[1])
     for n in range(len(q)):
         passive = load[n] - force.passive[n] @ arms[n]
-        matrix = np.vstack([(arms[n, :, :10] * force.active[n][:, None]).T, effort])
-        target = np.concatenate([passive[:10], np.zeros(len(effort))])
-        activation[n] = lsq_linear(matrix, target, (1e-3, 0.99), tol=1e-6).x
+        moments = arms[n, :, :10] * force.active[n][:, None]
+        activation[n] = shared_load(moments, passive[:10])
     tension = force.active * activation + force.passive
     reaction = np.einsum("nm,nmk->nk", tension, arms[:, :, 10:]) - load[:, 10:]
     return activation, reaction
+
+
+def shared_load(moments: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Activations (M,) that minimise |moments^T a - target|^2 + EFFORT_WEIGHT^2 |a|^2 in bounds.
+
+    With the unbalanced moment y = target - moments^T a, optimality says that a is moments y over
+    the squared weight, clipped to the bounds. That leaves one equation for each moment, the
+    gradient of a convex function with straight pieces, which Newton's method solves in a few steps.
+
+    Parameters
+    ----------
+    moments : (M, K) of each muscle at full activation [N m]; target : (K,) [N m]
+
+    Raises
+    ------
+    SolveError
+        If the steps do not end.
+    """
+    pull = moments / EFFORT_WEIGHT**2
+    y = np.zeros(len(target))
+    for _ in range(SHARING_STEPS):
+        wanted = pull @ y
+        activation = np.clip(wanted, *START_ACTIVATION)
+        error = y + moments.T @ activation - target
+        if np.abs(error).max() <= SHARING_TOLERANCE * (1.0 + np.abs(target).max()):
+            return activation
+        inside = (wanted > START_ACTIVATION[0]) & (wanted < START_ACTIVATION[1])
+        slope = np.eye(len(y)) + moments[inside].T @ pull[inside]
+        step = np.linalg.solve(slope, error)
+        share, falls = 1.0, _sharing_cost(pull, target, y)
+        while share > 1e-6 and _sharing_cost(pull, target, y - share * step) > falls:
+            share /= 2.0
+        y -= share * step
+    raise SolveError(
+        f"static optimisation: {np.abs(error).max():.1e} N m out of balance after "
+        f"{SHARING_STEPS} steps; look for muscles without a moment arm that is a number"
+    )
+
+
+def _sharing_cost(pull: np.ndarray, target: np.ndarray, y: np.ndarray) -> float:
+    """Convex function whose gradient is the error of :func:`shared_load`."""
+    wanted = pull @ y
+    activation = np.clip(wanted, *START_ACTIVATION)
+    share = EFFORT_WEIGHT**2 * (activation * wanted - 0.5 * activation**2)
+    return float(0.5 * y @ y - target @ y + share.sum())
 
 
 def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray) -> np.ndarray:

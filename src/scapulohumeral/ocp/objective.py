@@ -12,10 +12,11 @@ Letters: N nodes, M muscles, Nq coordinates, E tracking errors, G groups of scal
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.cost_terms import PoseErrors, stability_errors
@@ -152,6 +153,22 @@ class Objective:
                 f"EMG at {len(self.emg.activity)} nodes, but the mesh has {len(self.reference)}: "
                 "resample the envelopes"
             )
+
+    def on_nodes(self, nodes: int) -> Objective:
+        """The same objective on a mesh of the same duration with another number of nodes."""
+        here, there = np.linspace(0, 1, len(self.reference)), np.linspace(0, 1, nodes)
+        # Angles among the references may jump by a whole turn; nothing else in them jumps.
+        reference = CubicSpline(here, np.unwrap(self.reference, axis=0))(there)
+        return replace(
+            self,
+            reference=reference,
+            step=float(self.step * (len(here) - 1) / (nodes - 1)),
+            activity=np.interp(there, here, self.activity),
+            elbow_activity=(
+                None if self.elbow_activity is None else np.interp(there, here, self.elbow_activity)
+            ),
+            emg=None if self.emg is None else self.emg.on_nodes(nodes),
+        )
 
     @cached_property
     def _quadrature(self) -> np.ndarray:

@@ -37,11 +37,7 @@ PRIVATE_NAMES = {
         "_gen_multi_arg_con_jac_func",
         "_instance_constraints_jacobian_indices",
     ),
-    "Problem": (
-        "_generate_bound_arrays",
-        "_generate_constraint_bound_arrays",
-        "_generate_extraction_indices",
-    ),
+    "Problem": ("_generate_constraint_bound_arrays",),
 }
 PRIVATE_ATTRIBUTES = {
     "ConstraintCollocator": ("_multi_arg_con_func", "_multi_arg_con_jac_func"),
@@ -52,7 +48,6 @@ PRIVATE_ATTRIBUTES = {
         "_obj_grad_num_args",
         "_low_con_bounds",
         "_upp_con_bounds",
-        "_extraction_indices",
     ),
 }
 # Meshes whose set-up is kept: a coarse and a fine one of each of a few kinds of problems.
@@ -61,7 +56,7 @@ KEPT_SET_UPS = 16
 Limits = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Symbols:
     """Unknowns as opty knows them, and a skeleton of the equations of motion.
 
@@ -74,14 +69,14 @@ class Symbols:
     skeleton: sm.Matrix
 
 
-def problem_symbols(
-    formulation: Formulation, muscles: tuple[str, ...], groups: tuple[str, ...] = ()
-) -> Symbols:
+@lru_cache(maxsize=KEPT_SET_UPS)
+def problem_symbols(name: str, muscles: tuple[str, ...], groups: tuple[str, ...] = ()) -> Symbols:
     """States q, u, a; inputs R, e; scalers; and one placeholder row per equation of motion."""
     t = me.dynamicsymbols._t
     activations = tuple(me.dynamicsymbols(f"a_{name}") for name in muscles)
     excitations = tuple(me.dynamicsymbols(f"e_{name}") for name in muscles)
     reactions = tuple(me.dynamicsymbols(name) for name in REACTION_NAMES)
+    formulation = get_formulation(name)
     q, u = formulation.q, formulation.u
     rows = [c.diff(t) for c in q] + [c.diff(t) for c in u] + list(reactions)
     rows += [a.diff(t) - e for a, e in zip(activations, excitations, strict=True)]
@@ -201,7 +196,7 @@ def set_up(
     limits : lower and upper bound by kind of unknown: q, elbow, u, a, e, R, s_F, s_l
     """
     chosen = get_formulation(formulation)
-    symbols = problem_symbols(chosen, muscles, groups)
+    symbols = problem_symbols(formulation, muscles, groups)
     collocator = Collocator(
         symbols.skeleton,
         symbols.states,
@@ -215,9 +210,8 @@ def set_up(
     problem._obj_num_args = problem._obj_grad_num_args = 1
     problem.num_free = collocator.num_free
     problem.num_constraints = collocator.num_constraints
-    problem._generate_bound_arrays()
+    problem.lower_bound, problem.upper_bound = _bound_arrays(collocator, problem._bounds)
     problem._generate_constraint_bound_arrays()
-    problem._extraction_indices = problem._generate_extraction_indices()
     return SetUp(symbols, collocator, _layout(collocator, symbols, chosen), dict(problem.__dict__))
 
 
@@ -244,3 +238,16 @@ def _bound_map(symbols: Symbols, limits: dict[str, Limits]) -> dict[sm.Expr, Lim
     names = {s: str(s.func) for s in (*symbols.states, *symbols.inputs)}
     bounds = {s: limits["elbow" if n == "q_EL" else n[0]] for s, n in names.items()}
     return bounds | {s: limits[s.name[:3]] for s in symbols.scalers}
+
+
+def _bound_arrays(
+    collocator: Collocator, bounds: dict[sm.Expr, Limits]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds (n,); opty's own arrays take a search among all symbols for each."""
+    trajectories = (*collocator.state_symbols, *collocator.unknown_input_trajectories)
+    table = np.array([bounds[s] for s in trajectories]).repeat(
+        collocator.num_collocation_nodes, axis=0
+    )
+    constants = [bounds[s] for s in collocator.unknown_parameters]
+    lower, upper = np.vstack([table, np.reshape(constants, (-1, 2))]).T
+    return lower.copy(), upper.copy()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.player.page import player_html
+from scapulohumeral.player.scene import Scene
 from scapulohumeral.report import (
     calibration_figures,
     gap_tables,
@@ -19,7 +21,7 @@ from scapulohumeral.report.comparison import published_rhythm_table
 from scapulohumeral.report.coordination import Cases
 from scapulohumeral.report.figures import GROUP_NAMES
 from scapulohumeral.report.paper import PREDICTED_PARTICIPANT
-from scapulohumeral.report.player import Scene, build_scene, player_html
+from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.study import Study
 from scapulohumeral.stages.population import CITATION
 

@@ -1,7 +1,4 @@
-"""An interactive 3-D view of solutions: bones, muscle lines and the glenohumeral force over time.
-
-The picture is drawn by ``player.js`` on a plain canvas; data, script and style are part of the
-page, so that it can be read without a network::
+"""Scenes of solutions for the 3-D view: bones, muscle lines and the glenohumeral force over time::
 
     healthy = build_scene(solution, record, thorax, "healthy")
     recorded = build_scene(solution, record, thorax, "recorded motion", recorded=True)
@@ -13,18 +10,14 @@ z to the back.
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
-import jinja2
 import numpy as np
 import sympy as sm
 
 from scapulohumeral.dynamics.participant_parameters import elbow_axis, forearm_frames
-from scapulohumeral.errors import DataError, ModelError
+from scapulohumeral.errors import ModelError
 from scapulohumeral.model.rotations import (
     Array,
     make_continuous,
@@ -36,6 +29,7 @@ from scapulohumeral.model.tables import Point
 from scapulohumeral.model.thorax_clearance import segment_frames
 from scapulohumeral.ocp.cost_terms import glenoid_rotation
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.player.scene import SEGMENTS, MuscleLine, Scene, Surface
 from scapulohumeral.stages.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
     glenohumeral_load,
@@ -43,7 +37,6 @@ from scapulohumeral.stages.joint_loading import (
     superior_inferior_limit,
 )
 
-SEGMENTS = ("thorax", "clavicle_r", "scapula_r", "humerus_r", "forearm")
 MARKERS = (
     "IJ", "PX", "C7", "T8", "SC", "AC", "AA", "TS", "AI", "GH", "EL", "EM", "Capitulum",
     "US", "RS", "Wrist",
@@ -52,67 +45,6 @@ HEAD_SURFACE = "inf_sup_sub"
 # Mass centre of the hand on the line from wrist to third knuckle (de Leva 1996, J Biomech 29:1223).
 HAND_CENTRE_SHARE = 0.79
 RIM_POINTS = 24
-# Steps of the stored whole numbers: 0.1 mm, 0.1 N of a muscle, 1 N of the joint, 0.1 %BW.
-LENGTH_STEP_M = 1e-4
-FORCE_STEP_N = 0.1
-REACTION_STEP_N = 1.0
-PERCENT_STEP = 0.1
-UNIT_STEP = 1.0 / 30000.0
-ECCENTRICITY_STEP = 1e-3
-LARGEST_ECCENTRICITY = 30.0
-
-
-@dataclass(frozen=True)
-class Surface:
-    """An ellipsoid over which muscles are drawn: segment, centre and half axes [m] in its axes."""
-
-    segment: str
-    centre_m: tuple[float, ...]
-    radii_m: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class MuscleLine:
-    """A muscle element: path points from origin to insertion, and the surfaces in its way."""
-
-    name: str
-    group: str
-    points: tuple[Point, ...]
-    surfaces: tuple[Surface, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """One motion to look at.
-
-    Attributes
-    ----------
-    label : what the motion is; converged : whether the solve behind it ended optimal
-    time_s : (T,)
-    origin_m : (T, S, 3), rotation : (T, S, 4) segments in the thorax, unit quaternions
-    landmarks : by name
-    thorax : contact surface
-    head_radius_m : of the humeral head; rim_m : (K, 3) rim of the glenoid, scapula axes
-    muscles : M lines; activation, force_N : (T, M)
-    reaction_N : (T, 3) force of the glenoid on the humeral head, scapula axes
-    percent_body_weight : (T,) its size; eccentricity : (T,) [1], above one outside of the rim
-    """
-
-    label: str
-    converged: bool
-    time_s: Array
-    origin_m: Array
-    rotation: Array
-    landmarks: dict[str, Point]
-    thorax: Surface
-    head_radius_m: float
-    rim_m: Array
-    muscles: tuple[MuscleLine, ...]
-    activation: Array
-    force_N: Array  # noqa: N815 - unit
-    reaction_N: Array  # noqa: N815 - unit
-    percent_body_weight: Array
-    eccentricity: Array
 
 
 def build_scene(
@@ -187,14 +119,6 @@ def segment_poses(record: Mapping[str, Any], pose: Array) -> tuple[Array, Array]
     return np.stack([frames[s][0] for s in SEGMENTS], 1), np.stack(quaternions, axis=1)
 
 
-def positions(scene: Scene, points: Sequence[Point]) -> Array:
-    """Positions (T, P, 3) [m] of P points of a scene in thorax axes."""
-    columns = [SEGMENTS.index(point.segment) for point in points]
-    matrices = quaternion_to_matrix(scene.rotation[:, columns])
-    locations = np.array([point.location_m for point in points])
-    return scene.origin_m[:, columns] + np.einsum("tpij,pj->tpi", matrices, locations)
-
-
 def _point(record: Mapping[str, Any], body: str, location: Sequence[float]) -> Point:
     """A point of the model; those of ulna, radius and hand move with the forearm."""
     frames = forearm_frames(record)
@@ -254,92 +178,3 @@ def _glenoid_rim(record: Mapping[str, Any], head_radius: float) -> Array:
     shear = np.outer(np.cos(angle), superior_inferior_limit(record) * axes[:, 1])
     shear += np.outer(np.sin(angle), ANTERIOR_POSTERIOR_LIMIT * axes[:, 2])
     return np.array(record["joints"]["gh1"]["location_m"]) + head_radius * (shear - axes[:, 0])
-
-
-def player_html(scenes: Sequence[Scene], groups: Mapping[str, str] | None = None) -> str:
-    """HTML element that shows scenes; needs nothing but itself, several fit on one page.
-
-    Parameters
-    ----------
-    scenes : the first is shown first; each other can be laid over it as a ghost
-    groups : names of muscle groups for readers, by group; those not named appear as they are
-
-    Raises
-    ------
-    DataError                        no scene, or numbers that are not finite or too large
-    """
-    if not scenes:
-        raise DataError("player: no scene; expected one or more. Build one by build_scene.")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.report", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    named = [_with_group_names(scene, groups or {}) for scene in scenes]
-    data = json.dumps([_document(scene) for scene in named], separators=(",", ":"))
-    # No label can end the script element that carries the data.
-    return environment.get_template("player.html.j2").render(
-        labels=[scene.label for scene in named],
-        groups=list(dict.fromkeys(m.group for scene in named for m in scene.muscles)),
-        data=data.replace("<", "\\u003c"),
-    )
-
-
-def _with_group_names(scene: Scene, groups: Mapping[str, str]) -> Scene:
-    named = tuple(replace(m, group=groups.get(m.group, m.group)) for m in scene.muscles)
-    return replace(scene, muscles=named)
-
-
-def _document(scene: Scene) -> dict[str, Any]:
-    """A scene for the script: whole numbers, long arrays as base64 text."""
-    return {
-        "label": scene.label,
-        "converged": scene.converged,
-        "time": np.round(scene.time_s - scene.time_s[0], 4).tolist(),
-        "origin": _packed(scene.origin_m, LENGTH_STEP_M),
-        "rotation": _packed(scene.rotation, UNIT_STEP),
-        "activation": _packed(scene.activation, UNIT_STEP),
-        "force": _packed(scene.force_N, FORCE_STEP_N),
-        "reaction": _packed(scene.reaction_N, REACTION_STEP_N),
-        "percent": _packed(scene.percent_body_weight, PERCENT_STEP),
-        "eccentricity": _packed(
-            np.minimum(scene.eccentricity, LARGEST_ECCENTRICITY), ECCENTRICITY_STEP
-        ),
-        "landmarks": {name: _place(point) for name, point in scene.landmarks.items()},
-        "thorax": _ellipsoid(scene.thorax),
-        "head": _whole([scene.head_radius_m])[0],
-        "rim": [_place(Point("scapula_r", tuple(point))) for point in scene.rim_m],
-        "muscles": [
-            {
-                "name": muscle.name,
-                "group": muscle.group,
-                "points": [_place(point) for point in muscle.points],
-                "surfaces": [_ellipsoid(surface) for surface in muscle.surfaces],
-            }
-            for muscle in scene.muscles
-        ],
-    }
-
-
-def _packed(values: Array, step: float) -> dict[str, Any]:
-    """Numbers as whole multiples of a step, 16-bit little-endian in base64."""
-    limit = np.iinfo(np.int16).max
-    if values.size and not np.abs(values).max() <= limit * step:
-        raise DataError(
-            f"player: largest number {np.abs(values).max():g}, expected at most {limit * step:g}. "
-            "Look at the solution that the scene is made from."
-        )
-    whole = np.round(values / step).astype("<i2")
-    return {"step": step, "data": base64.b64encode(whole.tobytes()).decode()}
-
-
-def _whole(lengths_m: Sequence[float]) -> list[int]:
-    return [round(length / LENGTH_STEP_M) for length in lengths_m]
-
-
-def _place(point: Point) -> list[int]:
-    return [SEGMENTS.index(point.segment), *_whole(point.location_m)]
-
-
-def _ellipsoid(surface: Surface) -> list[int]:
-    return [SEGMENTS.index(surface.segment), *_whole(surface.centre_m), *_whole(surface.radii_m)]

@@ -19,6 +19,8 @@ from scapulohumeral import provenance
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.model.rotations import ANGLE_NAMES, pose_to_trial, trial_to_pose
 from scapulohumeral.ocp import initial_guess
+from scapulohumeral.ocp.checkpoint import Checkpoint, content_hash
+from scapulohumeral.ocp.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.layout import Layout
@@ -26,9 +28,12 @@ from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weight
 from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, write_solution
-from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
+from scapulohumeral.ocp.solver import Result, SolverSettings, Start
 from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel
 from scapulohumeral.stages.tracking_metrics import tracking_metrics
+
+# Name of the folder of all logs of a study.
+LOGS = "logs"
 
 
 @dataclass(frozen=True)
@@ -101,13 +106,21 @@ class PosedProblem:
     scalers: Scalers | None = None
     bounds: Bounds | None = None
 
-    def problem(self, hessian: str) -> Problem:
-        """The problem with a Hessian mode."""
+    @property
+    def nodes(self) -> int:
+        """N."""
+        return len(self.objective.reference)
+
+    def problem(self, hessian: str, nodes: int | None = None) -> Problem:
+        """The problem with a Hessian mode, on its own mesh or on one of another number of nodes."""
+        objective = self.objective
+        if nodes is not None and nodes != self.nodes:
+            objective = objective.on_nodes(nodes)
         return Problem(
             self.model.forces,
             self.muscles,
             self.parameters,
-            self.objective,
+            objective,
             hessian,
             bounds=self.bounds,
             scalers=self.scalers,
@@ -188,12 +201,47 @@ def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings
 def solve_posed(
     posed: PosedProblem, start: Start | Trajectory, settings: SolveSettings, log: Path | None
 ) -> Result:
-    """Solve from a warm start or from trajectories."""
+    """Solve from a warm start or from trajectories, over coarse meshes where they help.
+
+    With a log below a folder ``logs``, iterates are kept in ``checkpoints`` beside that folder, and
+    an interrupted solve of the same problem from the same start goes on from them.
+    """
     if isinstance(start, Trajectory):
         if posed.scalers is not None:
             start = replace(start, scalers=np.ones((2, len(posed.scalers.names))))
         start = Start(posed.layout().join(start))
-    return solve(posed.problem, start, settings.solver, log)
+    solver = settings.solver
+    if solver.strategy == "automatic":
+        solver = replace(solver, coarse=coarse_nodes(posed.nodes))
+    return solve_coarse_to_fine(
+        lambda nodes, hessian: posed.problem(hessian, nodes),
+        posed.nodes,
+        start,
+        solver,
+        log,
+        _checkpoint(posed, start, solver, log),
+    )
+
+
+def _checkpoint(
+    posed: PosedProblem, start: Start, solver: SolverSettings, log: Path | None
+) -> Checkpoint | None:
+    """The place for iterates of this problem from this start; None without a folder of logs."""
+    logs = [parent for parent in (log.parents if log else ()) if parent.name == LOGS]
+    if not logs:
+        return None
+    forces = posed.model.forces
+    name = content_hash(
+        forces.dynamics.header["expression_hash"],
+        forces.geometry,
+        posed.muscles,
+        posed.parameters,
+        posed.objective,
+        posed.scalers,
+        start,
+        solver,
+    )
+    return Checkpoint(logs[-1].with_name("checkpoints") / name)
 
 
 def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> Solution:
@@ -253,6 +301,8 @@ def header(
         "seconds": result.seconds,
         "phases": list(dict.fromkeys(step["phase"] for step in result.history)),
         "nodes": len(posed.target.time_s),
+        "meshes": list(result.meshes),
+        "remark": result.remark,
         "settings": {**vars(settings), "weights": dict(settings.weights)},
         "versions": provenance.environment_versions(),
         "machine": platform.machine(),

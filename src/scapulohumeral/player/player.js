@@ -13,7 +13,12 @@ function unpack({ step, data }) {
 
 function readScenes(root) {
   const scenes = JSON.parse(root.querySelector("script[type='application/json']").textContent);
-  scenes.forEach((scene) => NUMBERS.forEach((name) => { scene[name] = unpack(scene[name]); }));
+  scenes.forEach((scene) => {
+    NUMBERS.forEach((name) => { scene[name] = unpack(scene[name]); });
+    Object.entries(scene.measured).forEach(([name, track]) => {
+      scene.measured[name] = unpack(track);
+    });
+  });
   return scenes;
 }
 

@@ -36,9 +36,11 @@ function poseAt(scene, seconds) {
     Object.entries(scene.landmarks).map(([name, point]) => [name, place(point)]));
   marks.elbow = mix(marks.EL, marks.EM, 0.5);
   const rim = scene.rim.map(place);
-  marks.glenoid = mix(rim[0], rim[rim.length / 2], 0.5);
+  marks.glenoid = rim.length ? mix(rim[0], rim[rim.length / 2], 0.5) : marks.GH;
+  const measured = Object.fromEntries(
+    Object.entries(scene.measured).map(([name, track]) => [name, row(track)]));
   const reaction = row(scene.reaction);
-  return { frames, marks, rim, activation: row(scene.activation), force: row(scene.force),
+  return { frames, marks, measured, rim, activation: row(scene.activation), force: row(scene.force),
     newton: Math.hypot(...reaction), percent: row(scene.percent)[0],
     eccentricity: row(scene.eccentricity)[0],
     reaction: frames[2].matrix.map((axis) => dot(axis, reaction)),

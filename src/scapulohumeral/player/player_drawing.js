@@ -1,6 +1,6 @@
 // The picture: projection, painter, bones, muscles, joint force and legend.
 const BONE = [239, 230, 207], BONE_EDGE = [120, 103, 72], THORAX = [150, 163, 172];
-const GHOST = [0, 114, 178], FORCE = [0, 114, 178];
+const GHOST = [0, 114, 178], FORCE = [0, 114, 178], MEASURED = [230, 120, 0];
 // Light to dark, so that the order survives grey print and colour blindness (after ColorBrewer).
 const SCALE = [[178, 186, 194], [242, 178, 60], [238, 120, 34], [205, 32, 32], [96, 0, 38]];
 // Bones between landmarks, with radii in mm; the first two belong to the thorax.
@@ -145,12 +145,18 @@ function addThorax(painter, [, ...size]) {
   }
 }
 
-function addBones(painter, scene, { marks }) {
-  addThorax(painter, scene.thorax);
-  TUBES.forEach(([a, b, millimetres]) => painter.tube(marks[a], marks[b], millimetres));
-  PLATES.forEach((corners) => painter.plate(corners.map((name) => marks[name])));
+const known = (marks, names) => names.every((name) => marks[name]);
+
+function addBones(painter, scene, { marks, measured }) {
+  if (scene.thorax) addThorax(painter, scene.thorax);
+  TUBES.filter(([a, b]) => known(marks, [a, b]))
+    .forEach(([a, b, millimetres]) => painter.tube(marks[a], marks[b], millimetres));
+  PLATES.filter((corners) => known(marks, corners))
+    .forEach((corners) => painter.plate(corners.map((name) => marks[name])));
   painter.ball(marks.GH, length(scene.head), BONE, BONE_EDGE);
-  JOINTS.forEach((name) => painter.ball(marks[name], 0.004, [60, 60, 60], [60, 60, 60]));
+  JOINTS.filter((name) => marks[name])
+    .forEach((name) => painter.ball(marks[name], 0.004, [60, 60, 60], [60, 60, 60]));
+  Object.values(measured).forEach((place) => painter.ball(place, 0.006, MEASURED, [90, 45, 0]));
 }
 
 function addMuscles(painter, scene, pose, state) {
@@ -175,7 +181,8 @@ function addMuscles(painter, scene, pose, state) {
 function drawGhost(context, project, { marks }) {
   const style = css(GHOST, 0.75);
   context.setLineDash([6, 4]);
-  [...TUBES.slice(2).map(([a, b]) => [a, b]), ...PLATES].forEach((names) => (
+  const lines = [...TUBES.slice(2).map(([a, b]) => [a, b]), ...PLATES];
+  lines.filter((names) => known(marks, names)).forEach((names) => (
     stroke(context, names.map((name) => project(marks[name])), style, 2, names.length > 2)));
   context.setLineDash([]);
   disc(context, project(marks.GH), 4, "#fff", style);
@@ -191,6 +198,7 @@ function arrow(context, tail, tip) {
 }
 
 function drawForce(context, project, pose) {
+  if (!pose.rim.length) return;
   stroke(context, pose.rim.map(project), "#fff", 4, true);
   stroke(context, pose.rim.map(project), "#000", 1.8, true);
   if (pose.newton < 1) return;
@@ -255,7 +263,7 @@ function drawAxes(context, width, height, state) {
 
 function drawNames(context, project, marks) {
   context.font = "12px system-ui, sans-serif";
-  LABELLED.forEach((name) => {
+  LABELLED.filter((name) => marks[name]).forEach((name) => {
     const [x, y] = project(marks[name]);
     context.lineWidth = 3;
     context.strokeStyle = "#fff";

@@ -1,0 +1,89 @@
+"""Short gaps of markers filled and reported, long ones refused.
+
+Letters: T frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.rotations import Array
+
+# A gap as long as this holds less than a swing of the fastest arm motions, about 2 Hz.
+LONGEST_S = 0.2
+# Frames beside a gap that the curve over it follows.
+NEIGHBOURS = 10
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Frames `first` to `last` (from 1, both included) in which a marker was not seen."""
+
+    marker: str
+    first: int
+    last: int
+
+
+def fill_gaps(
+    source: Path, marker: str, points: Array, rate_hz: float
+) -> tuple[Array, tuple[Gap, ...]]:
+    """Fill gaps of at most `LONGEST_S` by a cubic spline through the frames beside them.
+
+    A gap at the start or end of the recording is not filled: nothing holds the curve on its other
+    side.
+
+    Parameters
+    ----------
+    source, marker : named in errors
+    points : array, shape (T, 3)     NaN where the marker was not seen
+    rate_hz : frames per second
+
+    Returns
+    -------
+    points : array, shape (T, 3)     finite
+    gaps : those that were filled
+
+    Raises
+    ------
+    DataError                        a longer gap, or one at an end; names marker and frames
+    """
+    seen = np.isfinite(points).all(axis=1)
+    if seen.all():
+        return points, ()
+    gaps = find_gaps(marker, np.asarray(seen))
+    for gap in gaps:
+        _refuse_long(source, gap, rate_hz, len(points))
+    filled = points.copy()
+    frames = np.arange(len(points))
+    for gap in gaps:
+        near = seen & (frames >= gap.first - 1 - NEIGHBOURS) & (frames < gap.last + NEIGHBOURS)
+        inside = slice(gap.first - 1, gap.last)
+        filled[inside] = CubicSpline(frames[near], points[near])(frames[inside])
+    return filled, gaps
+
+
+def find_gaps(marker: str, seen: np.ndarray) -> tuple[Gap, ...]:
+    """Runs of frames in which a marker was not seen, of a boolean array (T,)."""
+    edges = np.diff(np.concatenate([[1], seen.astype(int), [1]]))
+    starts, ends = np.flatnonzero(edges == -1), np.flatnonzero(edges == 1)
+    return tuple(Gap(marker, int(a) + 1, int(b)) for a, b in zip(starts, ends, strict=True))
+
+
+def _refuse_long(source: Path, gap: Gap, rate_hz: float, frames: int) -> None:
+    length = (gap.last - gap.first + 1) / rate_hz
+    place = f"{source}, marker {gap.marker}, frames {gap.first} to {gap.last}: not seen"
+    if gap.first == 1 or gap.last == frames:
+        raise DataError(
+            f"{place} at the {'start' if gap.first == 1 else 'end'} of the recording, where a gap "
+            "cannot be filled. Cut the recording to the frames in which the marker is seen."
+        )
+    if length > LONGEST_S + 1e-9:
+        raise DataError(
+            f"{place} for {length:.2f} s; gaps up to {LONGEST_S} s are filled. Fill it in the "
+            "software that recorded it, cut the recording, or map the landmark to a cluster."
+        )

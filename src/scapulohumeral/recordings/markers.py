@@ -1,0 +1,243 @@
+"""Marker positions over time, read from C3D, TRC and CSV files in the units that the files say.
+
+Letters: T frames, N markers. Everything returned is in metres and seconds, in the axes of the
+laboratory; a marker that was not seen is NaN.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.csv_table import check_increasing, number, read_rows
+from scapulohumeral.model.motion import TIME_COLUMN
+from scapulohumeral.model.rotations import Array
+
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+# Time steps may differ by this share of their mean, as rounded time stamps do.
+STEP_TOLERANCE = 0.02
+CSV_COLUMN = re.compile(r"(?P<marker>.+)_(?P<axis>[xyz])_(?P<unit>m|cm|mm)")
+TRC_HEADER_LINES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Markers of one recording.
+
+    Attributes
+    ----------
+    source : file
+    names : (N,) labels as written
+    start_s : time of the first frame; rate_hz : frames per second
+    points_m : (T, N, 3) [m], NaN where a marker was not seen
+    up : laboratory axis that points up, such as "+z", where the file says it
+    unit : of lengths in the file
+    """
+
+    source: Path
+    names: tuple[str, ...]
+    start_s: float
+    rate_hz: float
+    points_m: Array
+    up: str | None
+    unit: str
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the frames, shape (T,)."""
+        return self.start_s + np.arange(len(self.points_m)) / self.rate_hz
+
+    def column(self, label: str) -> int:
+        """Number of the marker with a label, or with this label after a subject's name and colon.
+
+        Raises
+        ------
+        DataError                    no such marker, or several
+        """
+        found = [i for i, name in enumerate(self.names) if name == label]
+        if not found:
+            found = [i for i, name in enumerate(self.names) if name.rpartition(":")[2] == label]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            several = ", ".join(self.names[i] for i in found)
+            raise DataError(
+                f"{self.source}: marker '{label}' is {several}; expected one. Write the whole "
+                "label in the marker map, or rename one in the file."
+            )
+        raise DataError(
+            f"{self.source}: no marker '{label}'; found {', '.join(self.names)}. Correct the "
+            "marker map, or label the recording."
+        )
+
+
+def read_markers(path: Path) -> Markers:
+    """Read a recording of markers.
+
+    Parameters
+    ----------
+    path : .c3d, .trc, or .csv with columns time_s and <marker>_x_mm, <marker>_y_mm, <marker>_z_mm
+        (or _cm, _m); empty cells, NaN and positions of exactly (0, 0, 0) mean "not seen"
+
+    Raises
+    ------
+    DataError                        other kind of file, an unknown unit, uneven time, no frames
+    """
+    readers = {".c3d": _read_c3d, ".trc": _read_trc, ".csv": _read_csv}
+    suffix = path.suffix.lower()
+    if suffix not in readers:
+        raise DataError(f"{path}: '{path.suffix}'; expected .c3d, .trc or .csv. Export it as one.")
+    if not path.is_file():
+        raise DataError(f"{path}: no such file. Check the name.")
+    markers = readers[suffix](path)
+    if len(markers.points_m) < 1 or not markers.names:
+        raise DataError(
+            f"{path}: {len(markers.points_m)} frames of {len(markers.names)} markers; expected at "
+            "least one of each. Export the recording again."
+        )
+    # Software that cannot write "not seen" writes the origin, which no marker ever hits exactly.
+    unseen = (markers.points_m == 0.0).all(axis=2)
+    markers.points_m[unseen] = np.nan
+    return markers
+
+
+def _metres(path: Path, unit: str, place: str) -> float:
+    if unit not in METRES:
+        raise DataError(
+            f"{path}, {place}: unit '{unit}'; expected {', '.join(METRES)}. Set it in the file."
+        )
+    return METRES[unit]
+
+
+def _read_c3d(path: Path) -> Markers:
+    import ezc3d
+
+    try:
+        file = ezc3d.c3d(str(path))
+    except (OSError, RuntimeError, ValueError) as error:
+        raise DataError(f"{path}: not a C3D file: {error}. Export the recording again.") from error
+    point = file["parameters"]["POINT"]
+    unit = point["UNITS"]["value"][0].strip() if point["UNITS"]["value"] else ""
+    labels = tuple(label.strip() for label in _labels(point))
+    scale = _metres(path, unit, "POINT:UNITS")
+    # Copied: the array of the library is lost with the file.
+    points = np.array(file["data"]["points"][:3].transpose(2, 1, 0), dtype=float) * scale
+    rate = float(point["RATE"]["value"][0])
+    if not rate > 0.0:
+        raise DataError(f"{path}, POINT:RATE: {rate} Hz; expected more than 0. Set it in the file.")
+    screen = point.get("Y_SCREEN", {"value": []})["value"]
+    up = screen[0].strip().lower() if screen else None
+    # Time counts from the first frame, as that of analog channels does.
+    return Markers(path, labels, 0.0, rate, points[:, : len(labels)], up, unit)
+
+
+def _labels(point: Mapping[str, Mapping[str, Sequence[str]]]) -> list[str]:
+    """Labels of a C3D file: beyond 255 markers they go on in LABELS2, LABELS3 ..."""
+    names = [f"LABELS{k or ''}" for k in [0, *range(2, 100)]]
+    return [label for name in names if name in point for label in point[name]["value"]]
+
+
+def _read_trc(path: Path) -> Markers:
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    if len(lines) <= TRC_HEADER_LINES or not lines[0].startswith("PathFileType"):
+        raise DataError(f"{path}: no header of a TRC file. Export the recording again.")
+    settings = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
+    unit = settings.get("Units", "").strip()
+    scale = _metres(path, unit, "row 3, Units")
+    names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
+    body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
+    width = 2 + 3 * len(names)
+    table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
+    rate = uniform_rate(path, table[:, 1], "Time", first_row=6)
+    _check_rate(path, settings.get("DataRate", ""), rate)
+    points = table[:, 2:].reshape(len(table), len(names), 3) * scale
+    # Data of OpenSim stand y up, but the format does not say so.
+    return Markers(path, names, float(table[0, 1]), rate, points, None, unit)
+
+
+def _check_rate(path: Path, written: str, rate_hz: float) -> None:
+    """Refuse a header that contradicts the times of the frames."""
+    stated = _cell(path, 3, written)
+    if not abs(stated - rate_hz) <= STEP_TOLERANCE * rate_hz:
+        raise DataError(
+            f"{path}, row 3, DataRate: {written.strip()} Hz, but the column Time has {rate_hz:.2f} "
+            "frames per second. Correct the one that is wrong: speeds hang on it."
+        )
+
+
+def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:
+    cells = line.rstrip("\r\n").split("\t")
+    # A tab after the last number is common, and so are missing cells of unseen markers at the end.
+    cells = (cells + [""] * width)[:width] if not any(c.strip() for c in cells[width:]) else cells
+    if len(cells) != width:
+        raise DataError(
+            f"{path}, row {row}: {len(cells)} cells; expected {width} for the markers named in "
+            "row 4. Export the recording again."
+        )
+    return [_cell(path, row, cell) for cell in cells]
+
+
+def _cell(path: Path, row: int, text: str) -> float:
+    if not text.strip():
+        return np.nan
+    try:
+        return float(text)
+    except ValueError:
+        raise DataError(
+            f"{path}, row {row}: '{text}' is not a number. Write a decimal number with a point."
+        ) from None
+
+
+def _read_csv(path: Path) -> Markers:
+    rows = read_rows(path, (TIME_COLUMN,))
+    found = {name: CSV_COLUMN.fullmatch(name) for name in rows[0]}
+    columns = {name: match for name, match in found.items() if match}
+    names = tuple(dict.fromkeys(match["marker"] for match in columns.values()))
+    units = {match["unit"] for match in columns.values()}
+    if len(units) != 1:
+        raise DataError(
+            f"{path}, row 1: {'several units' if units else 'no marker columns'}; expected "
+            "<marker>_x_mm, <marker>_y_mm, <marker>_z_mm (or _cm, or _m) throughout. Rename them."
+        )
+    [unit] = units
+    wanted = [f"{name}_{axis}_{unit}" for name in names for axis in "xyz"]
+    missing = [name for name in wanted if name not in columns]
+    if missing:
+        raise DataError(f"{path}, row 1: missing column {', '.join(missing)}. Add it.")
+    table = np.array(
+        [[_cell(path, i, row[name]) for name in wanted] for i, row in enumerate(rows, start=2)]
+    )
+    time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
+    rate = uniform_rate(path, time, TIME_COLUMN, first_row=2)
+    points = table.reshape(len(table), len(names), 3) * METRES[unit]
+    return Markers(path, names, float(time[0]), rate, points, None, unit)
+
+
+def uniform_rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
+    """Frames per second of uniform times (T,) [s].
+
+    Parameters
+    ----------
+    path, column, first_row : where the times stand: file, column, number of the first data row
+
+    Raises
+    ------
+    DataError                        times do not increase, or their steps differ; names the row
+    """
+    check_increasing(path, column, time_s)
+    if len(time_s) < 2:
+        raise DataError(f"{path}: {len(time_s)} frames; expected at least two. Record longer.")
+    steps = np.diff(time_s)
+    uneven = np.flatnonzero(np.abs(steps - steps.mean()) > STEP_TOLERANCE * steps.mean())
+    if uneven.size:
+        row = int(uneven[0]) + first_row + 1
+        raise DataError(
+            f"{path}, row {row}, column {column}: {steps[uneven[0]]:.5f} s after the row before; "
+            f"expected {steps.mean():.5f} s throughout. Resample it; rows without data must stay."
+        )
+    return float(1.0 / steps.mean())

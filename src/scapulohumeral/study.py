@@ -1,0 +1,283 @@
+"""What a configuration asks for: trials, tasks and conditions of each participant, and checks.
+
+The workflow turns this into files. It is planned without reading any recorded motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from scapulohumeral.configuration.check import check_config
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.choices import read_choices
+from scapulohumeral.model.participant_file import list_participants, read_participant_file
+from scapulohumeral.stages.problem_choices import ProblemChoices
+from scapulohumeral.stages.variants import named_variants
+
+# Where a prediction may start that is no other prediction.
+STARTS = ("tracking", "direct")
+# Recordings of EMG that belong to no single trial.
+WHOLE_RECORDINGS = ("mvc", "composite")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A configuration with the participants that it names.
+
+    Attributes
+    ----------
+    config : content of a configuration file; make a study with :func:`planned`, which checks it
+    folder : of all participants
+    """
+
+    config: Mapping[str, Any]
+    folder: Path
+
+    @cached_property
+    def files(self) -> dict[str, dict[str, Any]]:
+        """Content of each participant's file, configured or not."""
+        names = dict.fromkeys((*self.participants, *self.config["diagnose"]))
+        return {name: read_participant_file(self.folder, name) for name in names}
+
+    @property
+    def participants(self) -> list[str]:
+        """Names of the participants to simulate."""
+        return self.config["participants"]
+
+    @property
+    def planes(self) -> list[str]:
+        """Elevations to track, in the order of the composite motion."""
+        return self.config["planes"]
+
+    def trials(self, participant: str) -> dict[str, Path]:
+        """Recorded motion of each trial of a participant, configured or not."""
+        trials = self._file(participant)["trials"]
+        return {name: self.folder / participant / trial["file"] for name, trial in trials.items()}
+
+    def recording(self, participant: str, trial: str) -> Path:
+        """Recorded motion of one trial.
+
+        Raises
+        ------
+        ConfigError                  the participant has no such trial
+        """
+        trials = self.trials(participant)
+        if trial not in trials:
+            raise ConfigError(
+                f"participant '{participant}' has no trial '{trial}'; "
+                f"choose from {', '.join(trials)}."
+            )
+        return trials[trial]
+
+    def elevations(self, participant: str) -> list[Path]:
+        """Recorded motions of a participant, configured or not, but for daily tasks."""
+        trials = self.trials(participant)
+        return [path for name, path in trials.items() if not self.is_task(participant, name)]
+
+    def raw_emg(self, participant: str, trial: str, simulated: Path) -> dict[str, Path]:
+        """Raw EMG of a trial, and the maximal contractions that it is normalised by.
+
+        Parameters
+        ----------
+        simulated : folder of simulated EMG of all participants
+        """
+        emg = self._measured_emg(participant)
+        own = self.folder / participant
+        if trial in emg["trials"]:
+            return {"raw": own / emg["trials"][trial], "mvc": own / emg["mvc"]}
+        made = simulated / participant
+        return {"raw": made / f"{trial}_raw.csv", "mvc": made / "mvc_raw.csv"}
+
+    def published_composite(self, participant: str) -> Path:
+        """Published healthy prediction of a participant, whose arm a variant follows.
+
+        Raises
+        ------
+        ConfigError                  the participant's file lists none
+        """
+        listed = self._file(participant).get("published_predictions", {})
+        if "healthy" not in listed:
+            raise ConfigError(
+                f"Variant on the published arm: {self.folder / participant / 'participant.yaml'} "
+                "lists no published_predictions.healthy. Leave the participant out of "
+                "'variants.predict'"
+            )
+        return self.folder / participant / str(listed["healthy"])
+
+    def simulates_emg(self, participant: str) -> bool:
+        """Whether the EMG of any configured elevation of a participant is simulated."""
+        measured = self._measured_emg(participant)["trials"]
+        return any(plane not in measured for plane in self.planes)
+
+    def tasks(self, participant: str) -> list[str]:
+        """Configured daily tasks that a participant has a recording of."""
+        trials = self._file(participant)["trials"]
+        return [task for task in self.config["validation"]["tasks"] if task in trials]
+
+    def condition(self, name: str) -> Mapping[str, Any]:
+        """Settings of one predicted shoulder."""
+        return self.config["prediction"]["conditions"][name]
+
+    def conditions(self, participant: str) -> list[str]:
+        """Conditions that are predicted for a participant."""
+        chosen = self.config["prediction"]
+        return [*chosen["predict"], *chosen["predict_also"].get(participant, [])]
+
+    def predicted(self) -> list[tuple[str, str]]:
+        """All pairs of participant and condition that are predicted."""
+        return [(name, each) for name in self.participants for each in self.conditions(name)]
+
+    def validated(self) -> list[tuple[str, str]]:
+        """All pairs of participant and daily task."""
+        return [(name, task) for name in self.participants for task in self.tasks(name)]
+
+    def calibrated(self) -> list[str]:
+        """Participants whose muscles are calibrated, because a task or a prediction needs it."""
+        if self.config["validation"]["tasks"]:
+            return self.participants
+        return [
+            participant
+            for participant in self.participants
+            if any(
+                self.condition(name)["parameters"] == "calibrated"
+                for name in self.conditions(participant)
+            )
+        ]
+
+    def with_emg(self) -> list[tuple[str, str]]:
+        """All pairs of participant and trial whose EMG is used."""
+        return [
+            (name, trial)
+            for name in self.calibrated()
+            for trial in (*self.planes, *self.tasks(name))
+        ]
+
+    def is_task(self, participant: str, trial: str) -> bool:
+        """Whether a trial is a daily task, which validates and shapes nothing."""
+        return bool(self._file(participant)["trials"][trial].get("daily_task", False))
+
+    def _file(self, participant: str) -> dict[str, Any]:
+        if participant in self.files:
+            return self.files[participant]
+        return read_participant_file(self.folder, participant)
+
+    def _measured_emg(self, participant: str) -> dict[str, Any]:
+        """What a participant's file says of measured EMG; no trials if there is none."""
+        return self._file(participant).get("emg", {"trials": {}})
+
+
+def planned(config: Mapping[str, Any], folder: Path) -> Study:
+    """The study that a configuration asks for.
+
+    Parameters
+    ----------
+    config : content of a configuration file; folder : of all participants
+
+    Raises
+    ------
+    ConfigError                      a key is refused, names what is not there, or a participant's
+                                     file is wrong
+    """
+    check_config(config)
+    study = Study(config, folder)
+    for key in ("participants", "diagnose"):
+        _check_names(key, config[key], folder)
+    also = config["prediction"]["predict_also"]
+    _check_names("prediction.predict_also", also, folder)
+    _check_recordings(study)
+    _check_conditions(study)
+    _check_variants(study)
+    return study
+
+
+def _check_names(key: str, names: Iterable[str], folder: Path) -> None:
+    """Refuse participants that are not there."""
+    available = list_participants(folder)
+    for name in names:
+        if name not in available:
+            file = folder / name / "participant.yaml"
+            raise ConfigError(
+                f"Config key '{key}' names '{name}', but there is no {file}. "
+                f"Write for example: participants: [{', '.join(available)}]"
+            )
+
+
+def _check_recordings(study: Study) -> None:
+    """Refuse planes and tasks without a recording."""
+    for participant in study.participants:
+        trials = study.trials(participant)
+        for plane in study.planes:
+            if plane not in trials:
+                raise ConfigError(
+                    f"Config key 'planes' names '{plane}', which participant '{participant}' has "
+                    f"no recording of. Write for example: planes: "
+                    f"[{', '.join(one for one in trials if not study.is_task(participant, one))}]"
+                )
+    for task in study.config["validation"]["tasks"]:
+        if not any(task in study.trials(name) for name in study.participants):
+            _check_task(study, task)
+
+
+def _check_task(study: Study, task: str) -> None:
+    """Refuse a daily task that nobody has a recording of, configured or not."""
+    everybody = [study.trials(name) for name in list_participants(study.folder)]
+    known = dict.fromkeys(trial for trials in everybody for trial in trials)
+    if task not in known:
+        raise ConfigError(
+            f"Config key 'validation.tasks' names '{task}', which no participant has a recording "
+            f"of. Choose from: {', '.join(known)}"
+        )
+
+
+def _check_conditions(study: Study) -> None:
+    """Refuse predictions that are not described, or that never come to a start."""
+    section = study.config["prediction"]
+    conditions = section["conditions"]
+    chosen = {"predict": section["predict"]}
+    chosen |= {f"predict_also.{name}": also for name, also in section["predict_also"].items()}
+    for key, names in chosen.items():
+        for name in names:
+            if name not in conditions:
+                raise ConfigError(
+                    f"Config key 'prediction.{key}' names '{name}', which 'prediction.conditions' "
+                    f"does not describe. Choose from: {', '.join(conditions)}"
+                )
+    for name in conditions:
+        passed = [name]
+        while (start := conditions[passed[-1]]["start"]) not in STARTS:
+            if start not in conditions or start in passed:
+                others = [one for one in conditions if one not in passed]
+                raise ConfigError(
+                    f"Config key 'prediction.conditions.{passed[-1]}.start' is '{start}', from "
+                    f"which '{name}' never comes to a solution. "
+                    f"Write one of: {', '.join((*STARTS, *others))}"
+                )
+            passed.append(start)
+
+
+def _check_variants(study: Study) -> None:
+    """Refuse predictions of variants, or by conditions, that are not described."""
+    section = study.config["variants"]
+    described = named_variants(section)
+    for name in section["predict"]:
+        if name not in described:
+            raise ConfigError(
+                f"Config key 'variants.predict' names '{name}', which 'variants.named' does not "
+                f"describe. Choose from: {', '.join(described)}"
+            )
+    conditions = study.config["prediction"]["conditions"]
+    people = section["predict"].values()
+    asked = [name for chosen in people for names in chosen.values() for name in names]
+    for name in [*asked, *section["ladder"]["conditions"]]:
+        if name not in conditions:
+            raise ConfigError(
+                f"Config section 'variants' asks for the condition '{name}', which "
+                f"'prediction.conditions' does not describe. Choose from: {', '.join(conditions)}"
+            )
+    for variant in described.values():
+        read_choices({**study.config["model"], **variant.model})
+        ProblemChoices(**variant.problem)

@@ -1,0 +1,273 @@
+"""Whatever is wrong with a recording ends in an error or a warning that names it.
+
+Every row of the table breaks one thing of a session that converts without a finding; `said` has to
+appear in what the command prints, and the exit code says that something was refused or is faulty.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import made_recordings as made
+import numpy as np
+import pytest
+
+from scapulohumeral import cli
+from scapulohumeral.emg.synthesis import emg_noise
+
+pytestmark = pytest.mark.unit
+MODEL = made.tables()
+Points = dict[str, np.ndarray]
+
+
+@dataclass
+class Session:
+    """A session on disk before it is converted: what a break changes."""
+
+    folder: Path
+    points: Points
+    map_text: str
+    unit: str = "mm"
+    suffix: str = ".c3d"
+    tail: str = ""
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A way to break a session, what has to be said, and the exit code."""
+
+    name: str
+    change: Callable[[Session], None]
+    said: str
+    code: int = 2
+
+
+def swap(a: str, b: str) -> Callable[[Session], None]:
+    """Two markers carry each other's label."""
+
+    def change(session: Session) -> None:
+        session.points[a], session.points[b] = session.points[b], session.points[a]
+
+    return change
+
+
+def gap(name: str, frames: slice, value: float) -> Callable[[Session], None]:
+    """A marker is not seen for some frames."""
+
+    def change(session: Session) -> None:
+        session.points[name][frames] = value
+
+    return change
+
+
+def edit(old: str, new: str) -> Callable[[Session], None]:
+    """The map says something else."""
+
+    def change(session: Session) -> None:
+        assert old in session.map_text
+        session.map_text = session.map_text.replace(old, new)
+
+    return change
+
+
+def missing_marker(session: Session) -> None:
+    """A landmark has no marker in the file."""
+    del session.points["AI"]
+
+
+def wrong_unit(session: Session) -> None:
+    """Millimetres that the file calls metres."""
+    session.unit = "m"
+    session.points.update({name: 1e3 * p for name, p in session.points.items()})
+
+
+def unknown_unit(session: Session) -> None:
+    """A unit that nobody knows."""
+    session.unit = "inch"
+
+
+def left_arm(session: Session) -> None:
+    """A left arm that the map calls a right one."""
+    session.points.update({n: p * [-1, 1, 1] for n, p in session.points.items()})
+
+
+def jump(session: Session) -> None:
+    """Clavicle and scapula jump for one frame."""
+    for name in ("AC", "AA", "TS", "AI"):
+        session.points[name][60] += [0.0, 0.0, 0.06]
+
+
+def one_frame_lost(session: Session) -> None:
+    """C7 and IJ exchange labels in one frame."""
+    points = session.points
+    keep = points["IJ"][40].copy()
+    points["IJ"][40] = points["C7"][40]
+    points["C7"][40] = keep
+
+
+def loose_skin(session: Session) -> None:
+    """The wrist slides along the forearm."""
+    slide = 0.04 * np.sin(np.linspace(0, 20, made.FRAMES))[:, None]
+    away = session.points["US"] - session.points["EL"]
+    session.points["US"] += slide * away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def lying_down(session: Session) -> None:
+    """The laboratory's up is not the person's."""
+    session.map_text = session.map_text.replace('"+z"', '"+y"')
+
+
+def uneven_time(session: Session) -> None:
+    """A table whose rows without markers were dropped."""
+    session.suffix, session.tail = ".csv", "uneven"
+
+
+def text_cell(session: Session) -> None:
+    """A word among numbers."""
+    session.suffix, session.tail = ".csv", "word"
+
+
+def wrong_rate(session: Session) -> None:
+    """The header says another rate than the times."""
+    session.suffix, session.tail = ".trc", "rate"
+
+
+def empty_file(session: Session) -> None:
+    """A file that is no recording."""
+    session.tail = "empty"
+
+
+def other_format(session: Session) -> None:
+    """A format that nobody reads."""
+    session.suffix, session.tail = ".csv", "suffix"
+
+
+CLUSTER = "clusters: {{acromion: {{markers: [mAC, mAA, mTS], landmarks: [AI]}}}}\n".format()
+TABLE = [
+    Broken("missing landmark", missing_marker, "no marker 'mAI'; found"),
+    Broken("misspelt landmark", edit("PX: mPX", "PY: mPX"), "landmarks: "),
+    Broken("landmark left out", edit("T8: mT8, ", ""), "'T8' is a required property"),
+    Broken("marker used twice", edit("T8: mT8", "T8: mC7"), "mC7 is also C7"),
+    Broken("part of a scapula", edit("AI: mAI,", ""), "no AI; expected all of AA, TS, AI"),
+    Broken("swapped epicondyle", swap("EM", "AI"), "epicondyles_apart"),
+    Broken("swapped thorax", swap("IJ", "C7"), "look for swapped markers IJ, C7"),
+    Broken("swapped scapula", swap("AA", "TS"), "impossible_posture"),
+    Broken("swapped in one frame", one_frame_lost, "frame 41"),
+    Broken("millimetres as metres", wrong_unit, "m apart with the unit 'm' of the file"),
+    Broken("unknown unit", unknown_unit, "unit 'inch'; expected m, cm, mm"),
+    Broken("left as right", left_arm, "Write side: left"),
+    Broken("right as left", edit("side: right", "side: left"), "Write side: right"),
+    Broken("long gap", gap("AI", slice(30, 60), np.nan), "marker mAI, frames 31 to 60: not seen"),
+    Broken("gap at the end", gap("AI", slice(110, None), np.nan), "at the end of the recording"),
+    Broken("zero-filled gap", gap("US", slice(30, 60), 0.0), "marker mUS, frames 31 to 60"),
+    Broken("never seen", gap("US", slice(None), 0.0), "marker mUS: not seen in any of 120 frames"),
+    Broken("clavicle jumps", jump, "clavicle_jumps"),
+    Broken("skin slides", loose_skin, "segment_length_varies: forearm", code=0),
+    Broken("wrong vertical", lying_down, "thorax_tilted"),
+    Broken("uneven rate", uneven_time, "column time_s: "),
+    Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
+    Broken("text among numbers", text_cell, "'lost' is not a number"),
+    Broken("not a C3D file", empty_file, "not a C3D file"),
+    Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
+    Broken(
+        "static missing",
+        edit("glenohumeral:", f"static: none.c3d\n{CLUSTER}glenohumeral:"),
+        "no such file; the marker map names it under static",
+    ),
+    Broken(
+        "clusters without static",
+        edit("glenohumeral:", f"{CLUSTER}glenohumeral:"),
+        "expected the recording that shows clusters and landmarks together",
+    ),
+    Broken(
+        "centre without its landmarks",
+        edit("method: marker", "method: meskers"),
+        "meskers needs AC, AA, TS, AI, PC; no PC",
+    ),
+]
+
+
+def convert(session: Session) -> int:
+    """Write the session and convert it by the command line; returns the exit code."""
+    file = session.folder / f"trial{session.suffix}"
+    made.WRITERS[session.suffix](file, made.marked(session.points), unit=session.unit)
+    lines = file.read_text(encoding="utf-8").splitlines() if session.suffix == ".csv" else []
+    if session.tail == "uneven":
+        file.write_text("\n".join(lines[:40] + lines[60:]) + "\n", encoding="utf-8")
+    elif session.tail == "word":
+        lines[9] = lines[9].replace(lines[9].split(",")[3], "lost")
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    elif session.tail == "rate":
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace("100.0\t", "50\t", 1), encoding="utf-8")
+    elif session.tail == "empty":
+        file.write_bytes(b"")
+    elif session.tail == "suffix":
+        file = file.rename(file.with_suffix(".xlsx"))
+    map_file = made.write_map(session.folder / "map.yaml", session.map_text)
+    out = str(session.folder / "out")
+    return cli.main(["convert", str(file), "--map", str(map_file), "--out", out])
+
+
+@pytest.fixture(name="session")
+def session_fixture(tmp_path: Path) -> Session:
+    """A session that nothing is wrong with."""
+    points = {name: p.copy() for name, p in made.landmarks(made.arm_angles(), MODEL).items()}
+    return Session(tmp_path, points, made.MAP.format(side="right"))
+
+
+def test_the_sound_session_converts(session: Session, capsys: pytest.CaptureFixture[str]) -> None:
+    assert convert(session) == 0
+    said = capsys.readouterr().out
+    assert "1 of 1 recordings converted without a fault" in said
+    assert "note" not in said
+    assert "fault " not in said
+
+
+@pytest.mark.parametrize("broken", TABLE, ids=lambda broken: broken.name)
+def test_broken_sessions_are_named(
+    broken: Broken, session: Session, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken.change(session)
+    assert convert(session) == broken.code
+    captured = capsys.readouterr()
+    assert broken.said in captured.out + captured.err
+    table = session.folder / "out" / "trial.csv"
+    assert table.exists() == (broken.code == 0)
+
+
+def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
+    """A trial and a contraction with one EMG channel; arguments of the command."""
+    points = made.marked(made.landmarks(made.arm_angles(400), MODEL))
+    trial = 1e-4 * emg_noise(8000, 1, 2000.0, np.random.default_rng(1))[:, 0]
+    made.write_c3d(folder / "trial.c3d", points, analog={"EMG 3": trial})
+    made.write_c3d(folder / "mvc.c3d", points, analog={"EMG 3": contraction})
+    text = 'schema: emg_map/1\nchannels: {infra: {label: "EMG 3", muscles: [infra]}}\n'
+    (folder / "emg.yaml").write_text(text, encoding="utf-8")
+    files = {name: str(folder / name) for name in ("trial.c3d", "mvc.c3d", "emg.yaml", "out")}
+    return [
+        "emg", files["trial.c3d"], "--mvc", files["mvc.c3d"], "--map", files["emg.yaml"],
+        "--out", files["out"],
+    ]  # fmt: skip
+
+
+EMG_TABLE = [
+    ("silent contraction", lambda sound: np.zeros_like(sound), "silent", 2),
+    ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 0),
+    ("weak contraction", lambda sound: 0.1 * sound, "trial: above_mvc", 0),
+]
+
+
+@pytest.mark.parametrize(("name", "change", "said", "code"), EMG_TABLE, ids=lambda v: str(v)[:20])
+def test_broken_emg_is_named(
+    name: str,
+    change: Callable[[np.ndarray], np.ndarray],
+    said: str,
+    code: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    sound = 3e-4 * emg_noise(8000, 1, 2000.0, np.random.default_rng(2))[:, 0]
+    assert cli.main(emg_arguments(tmp_path, change(sound))) == code, name
+    captured = capsys.readouterr()
+    assert said in captured.out + captured.err

@@ -1,0 +1,45 @@
+"""The command line: quick help, one entry for all commands, errors with a remedy."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scapulohumeral import cli
+
+pytestmark = pytest.mark.unit
+# What takes seconds to import, or loads a solver.
+HEAVY = ("casadi", "ezc3d", "matplotlib", "numpy", "opensim", "pandas", "scipy", "sympy")
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in cli.COMMANDS)])
+def test_help_imports_nothing_heavy(command: list[str]) -> None:
+    code = (
+        "import sys\nfrom scapulohumeral import cli\n"
+        f"try:\n    cli.main({[*command, '--help']!r})\nexcept SystemExit as end:\n"
+        f"    print(end.code, sorted(set(sys.modules) & set({HEAVY!r})))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "0 []"
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_each_help_shows_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main([command, "--help"])
+    assert f"scapulohumeral {command} " in capsys.readouterr().out.split("example")[-1]
+
+
+def test_the_gap_keeps_its_own_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        cli.main(["gap", "diagnose", "--help"])
+    assert end.value.code == 0
+    assert "--reference" in capsys.readouterr().out
+
+
+def test_errors_say_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording = str(tmp_path / "a.c3d")
+    map_file = str(tmp_path / "none.yaml")
+    assert cli.main(["convert", recording, "--map", map_file, "--out", str(tmp_path)]) == 2
+    assert "Refused: " in capsys.readouterr().err

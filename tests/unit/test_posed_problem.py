@@ -12,9 +12,12 @@ from scapulohumeral.dynamics.hill import force_derivatives
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory, Weights
+from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solver import Start
 from scapulohumeral.stages.posed_problem import (
+    _checkpoint,
     header,
     make_objective,
     read_result,
@@ -128,3 +131,17 @@ def test_solve_with_scalers_starts_from_generic_muscles(quaternion_equations):
     posed = small_posed(quaternion_equations, small_target(NODES), settings, scalers=scalers)
     result = solve_posed(posed, posed.cold_start(), settings, None)
     np.testing.assert_allclose(posed.layout().split(result.point.free).scalers, 1.0, atol=1e-6)
+
+
+def test_checkpoints_of_other_bounds_are_others(quaternion_equations, tmp_path):
+    """Iterates under other bounds belong to another problem."""
+    settings, target = small_settings(), small_target(NODES)
+    log = tmp_path / "logs/solve/one.log"
+    start = Start(np.zeros(3))
+
+    def place(bounds):
+        posed = small_posed(quaternion_equations, target, settings, bounds=bounds)
+        return _checkpoint(posed, start, settings.solver, log).folder
+
+    assert place(None) == place(None)
+    assert place(Bounds()) != place(Bounds(compression=(0.0, 1600.0)))

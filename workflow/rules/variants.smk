@@ -18,7 +18,7 @@ use rule build_participant_model as build_variant_model with:
 
 use rule sample_muscle_geometry as sample_variant_geometry with:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=recordings,
         model="results/variants/models/{model}/{participant}.json",
         osim="results/variants/models/{model}/{participant}.osim",
@@ -29,6 +29,15 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
         python="results/logs/sample_variant_geometry/{model}_{participant}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/sample_variant_geometry/{model}_{participant}_{formulation}.jsonl"
+    params:
+        poses=lookup(within=config, dpath="geometry/poses"),
+        held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
+        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        clearance=lookup(within=config, dpath="geometry/clearance"),
+        seed=lookup(within=config, dpath="geometry/seed"),
+        # The published arm goes higher than the recorded one.
+        published_arm=True,
     message:
         "Muscle lengths of model {wildcards.model} of participant {wildcards.participant}"
 
@@ -54,7 +63,7 @@ use rule fit_muscle_geometry as fit_variant_geometry with:
 use rule solve_prediction as solve_variant with:
     input:
         unpack(variant_inputs),
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         thorax="results/models/{participant}_thorax.json",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
@@ -96,7 +105,7 @@ rule compare_predictions:
             plane=config["planes"],
         ),
         participants=expand(
-            "config/participants/{participant}/participant.yaml",
+            PARTICIPANT_FILE,
             participant=config["participants"],
         ),
         targets="config/targets.yaml",

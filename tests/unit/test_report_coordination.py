@@ -10,6 +10,7 @@ import synthetic_coordination
 import synthetic_study
 
 from scapulohumeral.report import paper
+from scapulohumeral.report.against import read_predictions
 from scapulohumeral.report.calibration_figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
 from scapulohumeral.report.comparison import comparison, published_plane, published_rhythm_table
@@ -22,6 +23,7 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
+from scapulohumeral.report.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.loading_figures import sweep_figure
 from scapulohumeral.report.prediction_figures import prediction_kinematics
 from scapulohumeral.report.prediction_tables import prediction_solves, starts
@@ -281,3 +283,26 @@ def test_band_ends_with_its_statistics() -> None:
 
 def test_no_files_are_no_results() -> None:
     assert not any(vars(CoordinationFiles()).values())
+
+
+def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordination) -> None:
+    files = coordination.files
+    predictions = read_predictions(files.predictions, files.prediction_summaries)
+    chosen = {one.names["condition"]: one for one in predictions}
+    rungs = {"published": "healthy", "alone_springs": "cuff_50", "upto_springs": "cuff_w2"}
+    climbed = [
+        replace(chosen[condition], summary={**chosen[condition].summary, "variant": rung})
+        for rung, condition in rungs.items()
+    ]
+    table = ladder_table(climbed)
+    assert table.groupby("kind").step.unique().explode().to_dict() == {
+        "start": "published",
+        "alone": "springs",
+        "cumulative": "springs",
+    }
+    assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
+    assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
+    assert "springs" in ladder_figure(table).svg
+    rows = ladder_rows(table)
+    assert len(rows.rows) == 9
+    assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -224,6 +224,12 @@ def calibrated_participants():
     return STUDY.calibrated()
 
 
+def ladder_tables():
+    """The committed table of the ladder, where there is one and anything is predicted."""
+    made = Path("reports/ladder.csv").is_file() and prediction_table("summary")
+    return ["reports/ladder.csv"] if made else []
+
+
 def blind_scores():
     """Committed score cards of blind cases, the latest draw last; none where no gap is diagnosed."""
     cards = Path("reports/blind_scores").glob("*.json")

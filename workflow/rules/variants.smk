@@ -135,8 +135,9 @@ rule tabulate_ladder:
         ),
         code=code_of("scapulohumeral.report.ladder"),
     output:
-        table="results/variants/ladder.csv",
-        figure="results/variants/ladder.svg",
+        # Kept with the report, because the ladder is no part of the study.
+        table="reports/ladder.csv",
+        figure="reports/ladder.svg",
     log:
         python="results/logs/tabulate_ladder.python.log",
     benchmark:

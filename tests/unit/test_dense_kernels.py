@@ -1,6 +1,9 @@
 """The kernels given to MUMPS: products of one triangle, against numpy."""
 
 import ctypes
+import os
+import subprocess
+import sys
 from itertools import product
 
 import numpy as np
@@ -48,6 +51,22 @@ def test_dgemmt_changes_one_triangle_as_it_should(library, triangle, ta, tb, bet
         *(address(b), whole(len(b)), real(beta), address(c), whole(n + 3)),
     )
     np.testing.assert_allclose(c, expected, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("module", ["ocp.solver", "ocp.kkt", "gap.forward", "stages.benchmark"])
+def test_mumps_binds_to_the_kernels(module):
+    """The dynamic linker reports which library each name of MUMPS was found in."""
+    run = subprocess.run(
+        [sys.executable, "-c", f"import scapulohumeral.{module}"],
+        env={**os.environ, "LD_DEBUG": "bindings"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    bound = [line for line in run.stderr.splitlines() if "libcoinmumps" in line.split(" to ")[0]]
+    found = [line for line in bound if "symbol `dgemmt_'" in line]
+    assert found
+    assert all("dense_kernels_" in line.split(" to ")[1] for line in found)
 
 
 def test_without_scipys_blas_it_says_so(monkeypatch, capsys):

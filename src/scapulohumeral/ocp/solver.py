@@ -20,7 +20,6 @@ import numpy as np
 
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.checkpoint import Checkpoint, Iterate, Stop, stop_on_sigterm
-from scapulohumeral.ocp.dense_kernels import use_fast_kernels
 from scapulohumeral.ocp.memory import keep_freed_memory
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 
@@ -237,7 +236,6 @@ def run_phases(
 ) -> Result:
     """As :func:`solve`, on the record of several solves."""
     keep_freed_memory()
-    use_fast_kernels()
     point = start
     for mode, options in _phases(settings, warm=start.multipliers is not None):
         problem = make_problem(mode)

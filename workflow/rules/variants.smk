@@ -18,7 +18,7 @@ use rule build_participant_model as build_variant_model with:
 
 use rule sample_muscle_geometry as sample_variant_geometry with:
     input:
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         recordings=recordings,
         model="results/variants/models/{model}/{participant}.json",
         osim="results/variants/models/{model}/{participant}.osim",
@@ -54,7 +54,7 @@ use rule fit_muscle_geometry as fit_variant_geometry with:
 use rule solve_prediction as solve_variant with:
     input:
         unpack(variant_inputs),
-        participant="config/participants/{participant}/participant.yaml",
+        participant=PARTICIPANT_FILE,
         thorax="results/models/{participant}_thorax.json",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
@@ -95,10 +95,7 @@ rule compare_predictions:
             participant=config["participants"],
             plane=config["planes"],
         ),
-        participants=expand(
-            "config/participants/{participant}/participant.yaml",
-            participant=config["participants"],
-        ),
+        participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         targets="config/targets.yaml",
         code=code_of("scapulohumeral.report.against"),
     output:

@@ -14,9 +14,11 @@ from small_arm import (
 )
 
 from scapulohumeral.dynamics.parameters import unpack
-from scapulohumeral.gap.effects.base import Body, Observed, Setup
-from scapulohumeral.gap.forward import EXCITATION_EFFORT, Movement
-from scapulohumeral.gap.habits import no_drive
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.body import Body
+from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.nominal.control_bias import no_drive
+from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
     GapSettings,
     ModelSpread,

@@ -10,7 +10,7 @@ import pytest
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap import cli
-from scapulohumeral.gap.blind import BlindFiles, answer, score, seal
+from scapulohumeral.gap.benchmark.protocol import BlindFiles, answer, score, seal
 
 pytestmark = pytest.mark.unit
 
@@ -83,7 +83,7 @@ def answered(files: BlindFiles) -> BlindFiles:
 def test_honest_answers_are_scored(
     answered: BlindFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scapulohumeral.gap.blind_scores.baseline_families", lambda *_: {})
+    monkeypatch.setattr("scapulohumeral.gap.benchmark.score_card.baseline_families", lambda *_: {})
     card = score(answered, keys(answered), tmp_path / "scores.json")
     assert card["look"] == "first look"
     assert card["plants"]["P1"]["all"]["false_alarms"]["value"] == 0.0

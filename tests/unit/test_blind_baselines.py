@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scapulohumeral.gap.blind_baselines import (
+from scapulohumeral.gap.benchmark.rules_of_thumb import (
     MOST_COMMON,
     baseline_families,
     control_shares,
     rule_based,
 )
-from scapulohumeral.gap.case import (
+from scapulohumeral.gap.recording.case import (
     Case,
     EmgSeries,
     GapParticipant,
@@ -81,7 +81,9 @@ def test_without_reference_the_prior_is_all_there_is() -> None:
 def test_methods_of_the_diagnosis_are_read_from_its_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scapulohumeral.gap.blind_baselines.read_trial_folders", lambda _: case())
+    monkeypatch.setattr(
+        "scapulohumeral.gap.benchmark.rules_of_thumb.read_trial_folders", lambda _: case()
+    )
     (tmp_path / "curves").mkdir()
     table = "method,label\ncosine,body/strength_loss/infra\n"
     (tmp_path / "curves" / "baselines.csv").write_text(table)

@@ -6,16 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scapulohumeral.gap.blind import _with_hidden
-from scapulohumeral.gap.blind_scores import (
-    HiddenGap,
-    ScoredCase,
-    area_under_curve,
-    family_probabilities,
-    group_scores,
-    matches,
-    rate,
-)
+from scapulohumeral.gap.benchmark.metrics import area_under_curve, family_probabilities, rate
+from scapulohumeral.gap.benchmark.protocol import _with_hidden
+from scapulohumeral.gap.benchmark.score_card import group_scores
+from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
+from scapulohumeral.gap.labels import matches
 
 pytestmark = pytest.mark.unit
 
@@ -69,7 +64,8 @@ def case(
 def no_baselines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cases here have no trials that a baseline could read."""
     monkeypatch.setattr(
-        "scapulohumeral.gap.blind_scores.baseline_families", lambda *_: {"prior_only": "x/y"}
+        "scapulohumeral.gap.benchmark.score_card.baseline_families",
+        lambda *_: {"prior_only": "x/y"},
     )
 
 

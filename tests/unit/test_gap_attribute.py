@@ -6,27 +6,25 @@ import numpy as np
 import pytest
 from gap_movement import NODES, SETUP
 
-from scapulohumeral.gap.attribute import (
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.isolation.baselines import baseline_labels
+from scapulohumeral.gap.isolation.candidates import amplitudes, hint
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
+from scapulohumeral.gap.isolation.isolability import distance, next_trial, separability
+from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
+from scapulohumeral.gap.isolation.model_error import (
     PERSON_FACTOR,
     SHAPE_ERROR,
     SHAPE_SHARED,
     SPREAD_SHARE,
     TASK_FACTOR,
-    Hypothesis,
     SignatureError,
-    black_box_evidence,
     change_error,
-    distance,
-    fit,
-    no_gap_evidence,
-    pair,
-    task_agreement,
 )
-from scapulohumeral.gap.baselines import baseline_labels
-from scapulohumeral.gap.decide import Posterior, amplitudes, hint, next_trial, separability
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.isolation.posterior import Posterior
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.unknown_input import black_box_evidence
 from scapulohumeral.gap.result import Candidate, Entered
 
 pytestmark = pytest.mark.unit

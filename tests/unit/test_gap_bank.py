@@ -8,7 +8,8 @@ from gap_movement import SETTINGS
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap import cli
-from scapulohumeral.gap.bank import (
+from scapulohumeral.gap.benchmark.null_bank_probe import recomputed
+from scapulohumeral.gap.detection.null_bank import (
     UNCHECKED,
     NullBank,
     NullCase,
@@ -19,7 +20,6 @@ from scapulohumeral.gap.bank import (
     read_bank,
     write_bank,
 )
-from scapulohumeral.gap.bank_probe import recomputed
 from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 from scapulohumeral.provenance import CONFIG_FOLDER
 
@@ -150,7 +150,7 @@ def test_probes_are_chosen_by_the_seed_and_must_be_there(tmp_path):
 def stale(tmp_path, monkeypatch):
     """A bank of two probes that other code has built, and its folder of cases."""
     file = tmp_path / "null_bank.json"
-    monkeypatch.setattr("scapulohumeral.gap.bank.bank_file", lambda settings: file)
+    monkeypatch.setattr("scapulohumeral.gap.detection.null_bank.bank_file", lambda settings: file)
     config = read_diagnosis_config(CONFIG_FOLDER / "config.yaml")
     write_bank(file, STORED.rows, read_settings(config), (STORED,))
     file.write_text(file.read_text().replace(json.loads(file.read_text())["hash"], "0" * 64))
@@ -166,11 +166,15 @@ def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, cap
     before = (stale / "null_bank.json").read_text()
     assert cli.main(["gap", "bank", "check"]) == 2
     other = probe("a1", (0.9, 1.3), (0.4, 0.1))
-    monkeypatch.setattr("scapulohumeral.gap.bank_build.probe", lambda *_, **__: other)
+    monkeypatch.setattr(
+        "scapulohumeral.gap.benchmark.null_bank_build.probe", lambda *_, **__: other
+    )
     assert check(stale, "--recompute", "1", "--stamp") == 2
     assert "DIFFERS" in capsys.readouterr().out
     assert (stale / "null_bank.json").read_text() == before
-    monkeypatch.setattr("scapulohumeral.gap.bank_build.probe", lambda *_, **__: STORED)
+    monkeypatch.setattr(
+        "scapulohumeral.gap.benchmark.null_bank_build.probe", lambda *_, **__: STORED
+    )
     assert check(stale, "--recompute", "1") == 2, "rows agree, but nobody asked for a new hash"
     assert check(stale, "--recompute", "1", "--stamp") == 0
     assert load_bank(stale / "null_bank.json").probes == (STORED,)
@@ -178,7 +182,9 @@ def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, cap
 
 def test_probes_are_added_to_a_bank_that_fits_only(stale, monkeypatch, capsys):
     added = probe("b2", (0.5, 0.6), (0.7, 0.8))
-    monkeypatch.setattr("scapulohumeral.gap.bank_build.probe", lambda *_, **__: added)
+    monkeypatch.setattr(
+        "scapulohumeral.gap.benchmark.null_bank_build.probe", lambda *_, **__: added
+    )
     command = ["gap", "bank", "probe", "--cases", str(stale / "cases")]
     assert cli.main(command) == 2
     assert "would vouch for nothing" in capsys.readouterr().err

@@ -13,9 +13,9 @@ from gap_files import elevation, finished_diagnosis, write_csv, write_participan
 
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.gap import cli, run
-from scapulohumeral.gap.bank import bank_file
-from scapulohumeral.gap.case import case_hash
-from scapulohumeral.gap.participant_model import ModelSettings, _inputs, _key
+from scapulohumeral.gap.detection.null_bank import bank_file
+from scapulohumeral.gap.nominal.participant_model import ModelSettings, _inputs, _key
+from scapulohumeral.gap.recording.case import case_hash
 from scapulohumeral.gap.result import read_result
 from scapulohumeral.gap.settings import read_settings
 

@@ -12,10 +12,17 @@ from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import blind_hidden, decide, gather, records, rivals
-from scapulohumeral.gap.attribute import fit
-from scapulohumeral.gap.bank_build import null_cases
-from scapulohumeral.gap.case import (
+from scapulohumeral.gap import assembly
+from scapulohumeral.gap.benchmark import hidden_task
+from scapulohumeral.gap.benchmark.null_bank_build import null_cases
+from scapulohumeral.gap.detection.size import NO_INTERVAL
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.library import EMG_FAMILIES, library
+from scapulohumeral.gap.isolation import doubts, posterior, search
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.nominal.control_bias import no_drive
+from scapulohumeral.gap.pipeline import _remarks_on_shrinkage, diagnose
+from scapulohumeral.gap.recording.case import (
     ContactSeries,
     EmgSeries,
     GapParticipant,
@@ -23,27 +30,18 @@ from scapulohumeral.gap.case import (
     ScaledModel,
     make_case,
 )
-from scapulohumeral.gap.diagnosis import _remarks_on_shrinkage, diagnose
-from scapulohumeral.gap.effects.base import Setup
-from scapulohumeral.gap.habits import no_drive
-from scapulohumeral.gap.library import EMG_FAMILIES, library
-from scapulohumeral.gap.observe import (
+from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
     channel_kind,
     channel_names,
     difference,
     phase_functions,
 )
+from scapulohumeral.gap.residual import differences
 from scapulohumeral.gap.result import Share, Shrinkage, to_json
-from scapulohumeral.gap.signatures import (
-    DOF,
-    FIRMNESS,
-    SMOOTH,
-    Response,
-    record_derivative,
-    session_records,
-)
-from scapulohumeral.gap.size import NO_INTERVAL
+from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
+from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
+from scapulohumeral.gap.signatures.of_tasks import FIRMNESS, Response
 from scapulohumeral.model.rotations import pose_to_trial
 
 pytestmark = pytest.mark.unit
@@ -92,10 +90,10 @@ def made_up_response(task, anchor, model, effects, recorder, settings, tells_hab
 
 @pytest.fixture(autouse=True)
 def _made_up(monkeypatch):
-    monkeypatch.setattr(gather, "respond", made_up_response)
-    for module in (gather, records):
+    monkeypatch.setattr(assembly, "respond", made_up_response)
+    for module in (assembly, differences):
         monkeypatch.setattr(module, "nominal_body", lambda model, nodes: small_body())
-    monkeypatch.setattr(rivals, "_refit_or_keep", lambda first, *rest: first)
+    monkeypatch.setattr(search, "_refit_or_keep", lambda first, *rest: first)
 
 
 def trial(task, repeat, change, emg, contact, seed):
@@ -179,7 +177,7 @@ def test_habits_are_read_from_reference_trials_of_known_level(reference, unit, t
         told.append(job[-1])
         return made_up_response(*job)
 
-    monkeypatch.setattr(gather, "respond", respond)
+    monkeypatch.setattr(assembly, "respond", respond)
     known = case(effect=RIGHT, reference=reference)
     participant = replace(known.participant, emg_unit=unit)
     diagnose(replace(known, participant=participant), None, SETTINGS)
@@ -217,7 +215,7 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
         hypothesis = replace(first.hypothesis, value=value, slope=slope)
         return fit(hypothesis, comparison, SETTINGS.signature_error)
 
-    monkeypatch.setattr(rivals, "_refit_or_keep", solved_again)
+    monkeypatch.setattr(search, "_refit_or_keep", solved_again)
     answer = diagnose(case(effect="no derivative "), None, replace(SETTINGS, short_list=1000))
     assert answer.candidates[0].label == cause
     assert answer.robustness.agree == answer.robustness.cells
@@ -272,11 +270,11 @@ def failing(*tasks):
 
 
 def test_a_task_that_cannot_be_solved_is_left_out_with_its_reason(monkeypatch):
-    monkeypatch.setattr(gather, "respond", failing("low"))
+    monkeypatch.setattr(assembly, "respond", failing("low"))
     done = diagnosed(effect=RIGHT)
     assert any("task low is left out: movement low: not solved" in line for line in done.warnings)
     assert done.candidates[0].label == RIGHT
-    monkeypatch.setattr(gather, "respond", failing(*TASKS))
+    monkeypatch.setattr(assembly, "respond", failing(*TASKS))
     with pytest.raises(SolveError, match="not solved"):
         diagnosed(effect=RIGHT)
 
@@ -385,16 +383,16 @@ class MadeFit:
 
 
 PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
-SQUARES = decide.Squares(whole=100.0, expected=20.0, excess=1.0)
+SQUARES = doubts.Squares(whole=100.0, expected=20.0, excess=1.0)
 
 
 def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, none=0.0):
-    return decide.posterior(
+    return posterior.posterior(
         fits,
         {"none": none, "no_gap": no_gap},
         PRIOR,
         temperature,
-        decide.no_gap_range(present, referenced=True),
+        posterior.no_gap_range(present, referenced=True),
         squares if present else None,
     )
 
@@ -402,11 +400,11 @@ def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, non
 def test_probabilities_are_capped_by_the_test_for_a_gap():
     fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
     absent, present = judged(fits, present=False), judged(fits, no_gap=90.0)
-    assert absent.no_gap == decide.SILENT[True] > decide.SILENT[False] > 0.5
+    assert absent.no_gap == posterior.SILENT[True] > posterior.SILENT[False] > 0.5
     assert present.no_gap == 0.5
     for found in (absent, present):
         assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
-        assert decide.credible_set(found) == ("no_gap", "a")
+        assert posterior.credible_set(found) == ("no_gap", "a")
     assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
 
 
@@ -414,10 +412,10 @@ def test_smooth_forces_alone_do_not_outweigh_a_cause_that_explains_the_gap():
     fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
     for better in (90.0, 9000.0):
         found = judged(fits, none=better)
-        assert found.none == pytest.approx(decide.UNKNOWN)
-        assert found.labels["a"] == pytest.approx(1.0 - decide.UNKNOWN, rel=1e-3)
+        assert found.none == pytest.approx(posterior.UNKNOWN)
+        assert found.labels["a"] == pytest.approx(1.0 - posterior.UNKNOWN, rel=1e-3)
         assert found.none + found.no_gap + sum(found.labels.values()) == pytest.approx(1.0)
-    assert judged(fits, none=45.0).none < decide.UNKNOWN
+    assert judged(fits, none=45.0).none < posterior.UNKNOWN
 
 
 def test_a_cause_that_explains_nothing_is_none_of_these():
@@ -432,7 +430,7 @@ def test_a_cause_that_explains_nothing_is_none_of_these():
     assert with_left(92.0).labels["a"] == pytest.approx(0.5)
     assert with_left(92.0).none == pytest.approx(0.5)
     assert with_left(100.0, present=False).none == pytest.approx(0.0)
-    assert with_left(100.0).none == pytest.approx(decide.LARGEST_DOUBT)
+    assert with_left(100.0).none == pytest.approx(doubts.LARGEST_DOUBT)
     # What sessions change no cause has to explain.
     assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
     assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
@@ -445,7 +443,7 @@ def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
 
     assert doubt(60.0, 1.2) == pytest.approx(0.0)
     assert doubt(60.0, 1.35) == pytest.approx(0.5)
-    assert doubt(60.0, 3.0) == pytest.approx(decide.LARGEST_DOUBT)
+    assert doubt(60.0, 3.0) == pytest.approx(doubts.LARGEST_DOUBT)
     # Where effect-free cases vary more than assumed, so do others.
     assert doubt(60.0, 2.16, excess=1.5) == pytest.approx(0.0)
     # Noise may be larger than assumed: what explains most of the gap stays the cause.
@@ -457,7 +455,7 @@ def test_a_cause_as_large_as_it_may_be_has_to_explain():
     def doubt(left, x):
         return judged([MadeFit("a", 50.0, left, x=x), MadeFit("b", 10.0)]).none
 
-    assert doubt(60.0, 1.0) == pytest.approx(decide.LARGEST_DOUBT)
+    assert doubt(60.0, 1.0) == pytest.approx(doubts.LARGEST_DOUBT)
     assert doubt(50.0, 1.0) == pytest.approx(0.5)
     assert doubt(40.0, 1.0) == pytest.approx(0.0)
     # Inside of its bounds, or where it is absent, its size is no reason. With its prior: the data
@@ -476,7 +474,7 @@ def test_two_causes_together_have_to_explain():
         )
         return judged([both, MadeFit("b", 10.0)]).none
 
-    assert doubt(60.0) == pytest.approx(decide.LARGEST_DOUBT)
+    assert doubt(60.0) == pytest.approx(doubts.LARGEST_DOUBT)
     assert doubt(50.0) == pytest.approx(0.5)
     assert doubt(40.0) == pytest.approx(0.0)
 
@@ -484,17 +482,17 @@ def test_two_causes_together_have_to_explain():
 def test_evidence_may_mislead():
     """A share of all probability goes back to none of these and to single causes; order stays."""
     labels = {"a": 0.7, "b": 0.1, "a + b": 0.05}
-    found = decide.perhaps_misled(decide.Posterior(labels, none=0.05, no_gap=0.1), PRIOR)
-    half = 0.5 * decide.MISLED * 0.9
+    found = posterior.perhaps_misled(posterior.Posterior(labels, none=0.05, no_gap=0.1), PRIOR)
+    half = 0.5 * posterior.MISLED * 0.9
     assert found.no_gap == 0.1
-    assert found.none == pytest.approx((1.0 - decide.MISLED) * 0.05 + half)
-    assert found.labels["a"] == pytest.approx((1.0 - decide.MISLED) * 0.7 + 0.5 * half)
-    assert found.labels["a + b"] == pytest.approx((1.0 - decide.MISLED) * 0.05)
+    assert found.none == pytest.approx((1.0 - posterior.MISLED) * 0.05 + half)
+    assert found.labels["a"] == pytest.approx((1.0 - posterior.MISLED) * 0.7 + 0.5 * half)
+    assert found.labels["a + b"] == pytest.approx((1.0 - posterior.MISLED) * 0.05)
     assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
     # Certain as the evidence may be, none of these stays among what reaches 90 %.
     even = dict.fromkeys("abcd", 0.25)
-    certain = decide.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
-    assert decide.credible_set(decide.perhaps_misled(certain, even)) == ("a", "none")
+    certain = posterior.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
+    assert posterior.credible_set(posterior.perhaps_misled(certain, even)) == ("a", "none")
 
 
 def test_a_cause_that_shrinks_no_gap_needs_more_evidence():
@@ -515,7 +513,7 @@ def test_a_cause_that_shrinks_no_gap_needs_more_evidence():
 @pytest.mark.parametrize(("more", "first"), [(0.5, "b"), (1.0, "a")])
 def test_causes_rank_by_what_doubts_leave_of_their_probability(more, first):
     fits = [MadeFit("a", 50.0 + more, 60.0, misfit=3.0), MadeFit("b", 50.0)]
-    [ranked] = decide.most_probable(fits, {"a": 0.1, "b": 0.1}, 1.0, SQUARES, 1)
+    [ranked] = posterior.most_probable(fits, {"a": 0.1, "b": 0.1}, 1.0, SQUARES, 1)
     found = judged(fits).labels
     assert ranked.label == max(found, key=lambda label: found[label]) == first
 
@@ -525,8 +523,8 @@ def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
     params = tuple(SimpleNamespace(unit=unit) for unit in ("deg", "deg", "1"))
     bounds = (np.full(3, -20.0), np.full(3, 20.0))
     hypothesis = SimpleNamespace(effects=(SimpleNamespace(params=params),), bounds=bounds)
-    assert decide._as_large_as_may_be(SimpleNamespace(hypothesis=hypothesis, x=[5.0, 20.0, 0.0]))
-    assert not decide._as_large_as_may_be(
+    assert doubts._as_large_as_may_be(SimpleNamespace(hypothesis=hypothesis, x=[5.0, 20.0, 0.0]))
+    assert not doubts._as_large_as_may_be(
         SimpleNamespace(hypothesis=hypothesis, x=[5.0, -15.0, 20.0])
     )
 
@@ -538,7 +536,7 @@ def test_variants_judge_causes_as_the_answer_does(monkeypatch):
     def against(fitted, squares):
         return 1e3 if named in fitted.label else 0.0
 
-    monkeypatch.setattr(decide, "_against", against)
+    monkeypatch.setattr(doubts, "_against", against)
     done = diagnosed(effect=RIGHT)
     assert done.candidates[0].label != named
     assert not any(named in row.verdict for row in done.curves["robustness"].itertuples())
@@ -553,7 +551,7 @@ def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
         return fit(replace(first.hypothesis, slope=nothing), comparison, SETTINGS.signature_error)
 
     kept = diagnosed(effect=RIGHT)
-    monkeypatch.setattr(rivals, "_refit_or_keep", useless)
+    monkeypatch.setattr(search, "_refit_or_keep", useless)
     assert diagnosed(effect=RIGHT).candidates[0] == kept.candidates[0]
 
 
@@ -566,7 +564,7 @@ def test_predictions_have_no_null_bank():
 def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     """Difference of a hidden task in which one EMG channel is half as loud again, and what an
     answer with a gain of `value` removes of it, if the person shows `factor` times the effect."""
-    monkeypatch.setattr(blind_hidden, "respond", made_up_response)
+    monkeypatch.setattr(hidden_task, "respond", made_up_response)
     plain = trial("high", 0, np.zeros((NODES, len(EVERY))), True, False, 5)
     louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
     whole = case(reference=reference)
@@ -578,7 +576,7 @@ def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     names = channel_names(whole.channels, False)
     factors = pd.DataFrame(factor, index=[label], columns=names)
     errors = pd.Series({"firmness": 1.0, "session_share": 1.0})
-    there, removed = blind_hidden._compared(
+    there, removed = hidden_task._compared(
         whole, hidden, candidate, factors, errors, None, SETTINGS
     )
     return there.delta, removed
@@ -606,13 +604,13 @@ def test_hidden_trials_and_pairs_are_read_in_their_own_order():
     angles = np.linspace(0.0, 40.0, 30).reshape(3, 10)
     curves = {"time_s": time, "angles_deg": angles.tolist(), "emg": [[0.1], [0.2], [0.3]]}
     key = {"channels": ["SC_rx", "EMG_b"], "hidden_task": {"test": curves}}
-    read = blind_hidden._trial(key, "test")
+    read = hidden_task._trial(key, "test")
     np.testing.assert_allclose(np.rad2deg(read.angles_rad), angles)
     assert read.emg.channels == ("EMG_b",)
     assert read.contact is None
     force = [[1.0, 2.0, 3.0]] * 3
     other = {**key, "hidden_task": {"test": {**curves, "emg": None, "force_N": force}}}
-    read = blind_hidden._trial(other, "test")
+    read = hidden_task._trial(other, "test")
     assert read.emg is None
     np.testing.assert_allclose(read.contact.force_N, force)
     effects = library(Setup(("biceps",), CHANNELS, (CHANNELS,), False))
@@ -622,4 +620,4 @@ def test_hidden_trials_and_pairs_are_read_in_their_own_order():
     for order in ((load, weak), (weak, load)):
         names = [{"name": p.name} for effect in order for p in effect.params]
         candidate = {"label": f"{load.label} + {weak.label}", "parameters": names}
-        assert blind_hidden._ordered(effects, candidate) == list(order)
+        assert hidden_task._ordered(effects, candidate) == list(order)

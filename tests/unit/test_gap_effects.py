@@ -8,13 +8,13 @@ from gap_movement import NODES, SETUP, small_body, small_movement, small_record
 
 from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap import forward
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.frames import elevation
+from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
-from scapulohumeral.gap.library import EMG_FAMILIES, FAMILIES, library, untestable
-from scapulohumeral.gap.observe import difference, predicted
-from scapulohumeral.gap.signatures import Linearised, Recorder
+from scapulohumeral.gap.nominal import optimal_movement
+from scapulohumeral.gap.recording.observables import Recorder, difference, predicted
+from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.model.rotations import quaternion_multiply, relative_angle
 
 pytestmark = pytest.mark.unit
@@ -142,7 +142,7 @@ def test_solutions_do_not_depend_on_where_they_started(solved):
 @pytest.mark.parametrize(("label", "column"), SOLVED)
 def test_derivatives_agree_with_solving_again(solved, label, column, monkeypatch):
     # Two solutions this close differ by less than the usual tolerance.
-    monkeypatch.setattr(forward, "TOLERANCE", 1e-9)
+    monkeypatch.setattr(optimal_movement, "TOLERANCE", 1e-9)
     move, point, local = solved
     effect = BY_LABEL[label]
     param = effect.params[column]

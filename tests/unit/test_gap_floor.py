@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS
 
-from scapulohumeral.gap.floor import (
-    Comparison,
-    compress,
-    draws,
-    trial_noise,
-)
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.noise import draws, trial_noise
+from scapulohumeral.gap.residual.residual import Comparison, compress
 
 pytestmark = pytest.mark.unit
 

@@ -8,9 +8,10 @@ from gap_movement import NODES, SETUP, small_movement
 
 from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import forward
-from scapulohumeral.gap.forward import HASTY, PATIENT, body_bounds, gh_elevation, with_state
-from scapulohumeral.gap.library import library
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.nominal import optimal_movement
+from scapulohumeral.gap.nominal.loaded_collocation import body_bounds
+from scapulohumeral.gap.nominal.optimal_movement import HASTY, PATIENT, gh_elevation, with_state
 from scapulohumeral.model.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solver import Start
@@ -89,8 +90,8 @@ def test_cold_start_that_fails_is_tried_with_more_patience(quaternion_equations,
             raise SolveError("too hasty")
         return result
 
-    solve = forward.solve
-    monkeypatch.setattr(forward, "solve", fails_in_haste)
+    solve = optimal_movement.solve
+    monkeypatch.setattr(optimal_movement, "solve", fails_in_haste)
     move.solved(move.body, move.cold_start(), 200)
     assert tried == [(HASTY, False), (PATIENT, False), (HASTY, True)]
 
@@ -111,8 +112,8 @@ def test_cold_start_is_solved_without_joint_stability_first(quaternion_equations
         weights.append(make("exact").objective_function.weights.stability)
         return solve(make, start, settings)
 
-    solve = forward.solve
-    monkeypatch.setattr(forward, "solve", watched)
+    solve = optimal_movement.solve
+    monkeypatch.setattr(optimal_movement, "solve", watched)
     point = move.solved(move.body, move.cold_start(), 200)
     move.solved(move.body, point, 200)
     assert weights == [0.0, 1.0, 1.0]
@@ -125,7 +126,7 @@ def test_warm_start_that_fails_is_not_tried_again(quaternion_equations, monkeypa
     def fails(*_):
         raise SolveError("no")
 
-    monkeypatch.setattr(forward, "solve", fails)
+    monkeypatch.setattr(optimal_movement, "solve", fails)
     with pytest.raises(SolveError, match="no"):
         move.solved(move.body, Start(point.free, point.multipliers), 200)
 

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, SETTINGS, SETUP, small_body, small_movement, small_record
 
-from scapulohumeral.gap import forward, signatures
-from scapulohumeral.gap.habits import Drive, toward_emg
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.observe import difference, predicted
-from scapulohumeral.gap.signatures import Linearised, Recorder, respond
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.nominal import optimal_movement
+from scapulohumeral.gap.nominal.control_bias import Drive, toward_emg
+from scapulohumeral.gap.recording.observables import Recorder, difference, predicted
+from scapulohumeral.gap.signatures import of_tasks
+from scapulohumeral.gap.signatures.linearise import Linearised
+from scapulohumeral.gap.signatures.of_tasks import respond
 
 pytestmark = pytest.mark.unit
 
@@ -99,15 +101,15 @@ def test_a_person_with_habits_answers_a_load_as_its_derivative_says(nominal):
 @pytest.mark.parametrize("tells", [True, False])
 def test_only_a_record_that_tells_habits_gives_any(nominal, monkeypatch, tells):
     move, _ = nominal
-    monkeypatch.setattr(signatures, "movement", lambda *_: move)
-    monkeypatch.setattr(signatures, "nominal_start", lambda move, settings: move.cold_start())
+    monkeypatch.setattr(of_tasks, "movement", lambda *_: move)
+    monkeypatch.setattr(of_tasks, "nominal_start", lambda move, settings: move.cold_start())
     found = respond("t", small_record(), None, (), RECORDER, SETTINGS, tells)
     assert bool(found.drive.slope.any()) is tells
 
 
 def test_soft_ribs_are_the_same_body_with_a_wider_contact():
     body = small_body()
-    soft = forward._on_soft_ribs(body)
+    soft = optimal_movement._on_soft_ribs(body)
     changed = [
         name
         for name, value in soft.parameters.items()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from scapulohumeral.gap.opensim_stage import build
+from scapulohumeral.gap.nominal.opensim_process import build
 from scapulohumeral.model.tables import read_tables
 
 pytestmark = pytest.mark.opensim

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import pytest
 from test_gap_attribute import DAMPING, EFFECTS, GAIN, LOAD, MASS, comparison, hypothesis, noise
 
-from scapulohumeral.gap import pairs as pairs_module
-from scapulohumeral.gap.attribute import fit, no_gap_evidence, pair
-from scapulohumeral.gap.evidence import _density
-from scapulohumeral.gap.pairs import PARTNERS, paired
+from scapulohumeral.gap.isolation import pairs as pairs_module
+from scapulohumeral.gap.isolation.empirical_bayes import _density
+from scapulohumeral.gap.isolation.hypothesis import pair
+from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
+from scapulohumeral.gap.isolation.pairs import PARTNERS, paired
 
 pytestmark = pytest.mark.unit
 

@@ -9,15 +9,15 @@ import yaml
 from gap_files import elevation, participant_document, write_csv, write_participant
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.case import make_case
-from scapulohumeral.gap.participant import (
+from scapulohumeral.gap.nominal.participant_model import check_groups
+from scapulohumeral.gap.recording.case import make_case
+from scapulohumeral.gap.recording.participant_file import (
     BASE_HEIGHT_M,
     find_participant,
     read_participant_file,
     read_scaled_model,
 )
-from scapulohumeral.gap.participant_model import check_groups
-from scapulohumeral.gap.trials import TrialEntry, read_trials
+from scapulohumeral.gap.recording.trials import TrialEntry, read_trials
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
 pytestmark = pytest.mark.unit

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from gap_movement import NODES, SETUP
 
-from scapulohumeral.gap.attribute import Hypothesis, fit, pair
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.person import (
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.isolation.channel_gains import (
     expected_left,
     freed_of_prior,
     person_change,
     person_factors,
 )
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.residual import Comparison
 
 pytestmark = pytest.mark.unit
 

@@ -12,7 +12,8 @@ import pytest
 from gap_files import write_csv
 
 from scapulohumeral.gap.cli import main
-from scapulohumeral.gap.result import JOIN, read_result
+from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.result import read_result
 
 pytestmark = pytest.mark.unit
 

@@ -7,14 +7,22 @@ import pytest
 from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap import refit as refit_module
-from scapulohumeral.gap.attribute import Hypothesis, fit
-from scapulohumeral.gap.effects.base import Observed
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, difference, phase_functions, predicted
-from scapulohumeral.gap.refit import WARM_ITERATIONS, refit
-from scapulohumeral.gap.signatures import Linearised, Recorder, Response
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.isolation import refit as refit_module
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.isolation.refit import WARM_ITERATIONS, refit
+from scapulohumeral.gap.recording.observables import (
+    KINEMATIC_CHANNELS,
+    Recorder,
+    difference,
+    phase_functions,
+    predicted,
+)
+from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.signatures.linearise import Linearised
+from scapulohumeral.gap.signatures.of_tasks import Response
 
 pytestmark = pytest.mark.unit
 

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES
 
-from scapulohumeral.gap.decide import PAIRS, _level, pair_priors
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.locate import DOF_NAMES, Disturbances, Shows
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.regions import POINTWISE_SIGMA, entered_regions, shown_regions
-from scapulohumeral.gap.signatures import SMOOTH
+from scapulohumeral.gap.detection.presence import Shows
+from scapulohumeral.gap.detection.regions import POINTWISE_SIGMA, entered_regions, shown_regions
+from scapulohumeral.gap.isolation.candidates import _level
+from scapulohumeral.gap.isolation.priors import PAIRS, pair_priors
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.unknown_input import DOF_NAMES, Disturbances
+from scapulohumeral.gap.signatures.nuisances import SMOOTH
 
 pytestmark = pytest.mark.unit
 

@@ -9,9 +9,9 @@ from gap_files import GAIN, HASHES, STRENGTH, finished_diagnosis
 from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.curves import TABLES, check_curves, read_table, write_curves
-from scapulohumeral.gap.figures import figures, isolability_figure
-from scapulohumeral.gap.report import render_report, verdict
+from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, write_curves
+from scapulohumeral.gap.output.figures import figures, isolability_figure
+from scapulohumeral.gap.output.page import render_report, verdict
 from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
 
 pytestmark = pytest.mark.unit

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from test_gap_attribute import DAMPING, MASS, comparison, hypothesis, noise
 
-from scapulohumeral.gap import evidence as evidence_module
-from scapulohumeral.gap import rivals
-from scapulohumeral.gap.attribute import fit
-from scapulohumeral.gap.evidence import CLOSE, Evidence, _Tried, most_probable
-from scapulohumeral.gap.pairs import paired
-from scapulohumeral.gap.rivals import fit_all
+from scapulohumeral.gap.isolation import empirical_bayes as evidence_module
+from scapulohumeral.gap.isolation import search
+from scapulohumeral.gap.isolation.empirical_bayes import CLOSE, Evidence, _Tried, most_probable
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.isolation.pairs import paired
+from scapulohumeral.gap.isolation.search import fit_all
 
 pytestmark = pytest.mark.unit
 
@@ -45,7 +45,7 @@ def solving(monkeypatch, better):
         gain = better[first.hypothesis.firmness]
         return None if gain is None else replace(first, log_evidence=first.log_evidence + gain)
 
-    monkeypatch.setattr(rivals, "_refit_or_keep", refit_or_keep)
+    monkeypatch.setattr(search, "_refit_or_keep", refit_or_keep)
 
 
 @pytest.mark.parametrize(("better", "firmness"), [((5.0, 9.0), 10.0), ((9.0, 5.0), 1.0)])
@@ -66,7 +66,7 @@ def test_effects_that_are_paired_act_on_one_person(evidence, monkeypatch):
         seen.append({f.hypothesis.firmness for f in singles})
         return paired(singles, *rest)
 
-    monkeypatch.setattr(rivals, "paired", both)
+    monkeypatch.setattr(search, "paired", both)
     solving(monkeypatch, {1.0: 5.0, 10.0: 9.0})
     fit_all(evidence, None, 1, [])
     assert seen == [{1.0}, {10.0}]

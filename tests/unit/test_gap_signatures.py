@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS, SETUP, small_movement, small_record
 
-from scapulohumeral.gap.case import EmgSeries, GapTrial
-from scapulohumeral.gap.effects.base import Observed
 from scapulohumeral.gap.effects.frames import turn_frame
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.observe import (
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.recording.case import EmgSeries, GapTrial
+from scapulohumeral.gap.recording.observables import (
     JOINT_QUATERNIONS,
     KINEMATIC_CHANNELS,
+    Recorder,
     channel_names,
     difference,
     electrode_matrix,
@@ -22,13 +23,9 @@ from scapulohumeral.gap.observe import (
     predicted,
     recorded,
 )
-from scapulohumeral.gap.signatures import (
-    SMOOTH,
-    Linearised,
-    Recorder,
-    Response,
-    session_records,
-)
+from scapulohumeral.gap.signatures.linearise import Linearised
+from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
+from scapulohumeral.gap.signatures.of_tasks import Response
 from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
 
 pytestmark = pytest.mark.unit

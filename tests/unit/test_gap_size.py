@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, small_record
 
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, difference, mean, phase_functions
-from scapulohumeral.gap.records import Records
-from scapulohumeral.gap.signatures import Recorder
-from scapulohumeral.gap.size import FEWEST_TRIALS, gap_size, sides
+from scapulohumeral.gap.detection.size import FEWEST_TRIALS, gap_size, sides
+from scapulohumeral.gap.recording.observables import (
+    KINEMATIC_CHANNELS,
+    Recorder,
+    difference,
+    mean,
+    phase_functions,
+)
+from scapulohumeral.gap.residual.differences import Records
+from scapulohumeral.gap.residual.residual import Comparison
 
 pytestmark = pytest.mark.unit
 

@@ -9,16 +9,15 @@ import pytest
 from gap_files import GAIN, finished_diagnosis
 from gap_movement import CHANNELS, NODES, SETUP
 
-from scapulohumeral.gap.attribute import Hypothesis, fit
-from scapulohumeral.gap.curves import TABLES, read_table, write_curves
-from scapulohumeral.gap.figures import CIRCLES, NO_HALVES, figures
-from scapulohumeral.gap.floor import Comparison
-from scapulohumeral.gap.library import library
-from scapulohumeral.gap.locate import Shows
-from scapulohumeral.gap.observe import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.person import person_factors
-from scapulohumeral.gap.regions import EnteringCurve
-from scapulohumeral.gap.tables import (
+from scapulohumeral.gap.curve_files import TABLES, read_table, write_curves
+from scapulohumeral.gap.detection.presence import Shows
+from scapulohumeral.gap.detection.regions import EnteringCurve
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.isolation.channel_gains import person_factors
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.output.figures import CIRCLES, NO_HALVES, figures
+from scapulohumeral.gap.output.tables import (
     amplitude_table,
     enters_table,
     factors_table,
@@ -27,6 +26,8 @@ from scapulohumeral.gap.tables import (
     shows_table,
     signature_table,
 )
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.residual import Comparison
 
 pytestmark = pytest.mark.unit
 

@@ -8,10 +8,14 @@ import pytest
 from gap_files import elevation, write_csv, write_mot, write_participant
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.case import case_hash, make_case
-from scapulohumeral.gap.movement import humerothoracic_speed, movement_window, smoothed
-from scapulohumeral.gap.participant import read_participant_file
-from scapulohumeral.gap.trials import (
+from scapulohumeral.gap.recording.case import case_hash, make_case
+from scapulohumeral.gap.recording.movement_window import (
+    humerothoracic_speed,
+    movement_window,
+    smoothed,
+)
+from scapulohumeral.gap.recording.participant_file import read_participant_file
+from scapulohumeral.gap.recording.trials import (
     TrialEntry,
     read_trial,
     read_trials,

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.bank import LEFT_OUT, STATISTICS
-from scapulohumeral.gap.bank import PACKAGE as GAP
+from scapulohumeral.gap.detection.null_bank import LEFT_OUT, STATISTICS
+from scapulohumeral.gap.detection.null_bank import PACKAGE as GAP
 from scapulohumeral.gap.run import ANSWERING
 from scapulohumeral.instructions import instruction_hash
 from scapulohumeral.provenance import SOURCE_ROOT
@@ -116,9 +116,9 @@ def test_an_entry_that_is_gone_is_refused(tmp_path: Path) -> None:
 
 # Modules of the bank that move into packages, one of them under another name.
 MOVES = {
-    "scapulohumeral.gap.decide": "scapulohumeral.gap.isolation.posterior",
-    "scapulohumeral.gap.locate": "scapulohumeral.gap.detection.tests",
-    "scapulohumeral.gap.case": "scapulohumeral.gap.recording.case",
+    "scapulohumeral.gap.isolation.posterior": "scapulohumeral.gap.isolation.posterior",
+    "scapulohumeral.gap.detection.presence": "scapulohumeral.gap.detection.tests",
+    "scapulohumeral.gap.recording.case": "scapulohumeral.gap.recording.case",
 }
 
 

@@ -14,7 +14,7 @@ from gap_files import HASHES, finished_diagnosis
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.effects.base import Setup
-from scapulohumeral.gap.library import library
+from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.report import gap_tables, kinematics, targets
 from scapulohumeral.report.assumptions import find_assumptions

@@ -21,16 +21,19 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.case import Case
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
+from scapulohumeral.gap.recording.case import Case
 
 SCHEMA_FILE = "result.schema.json"
-NONE, NO_GAP = "none", "no_gap"
-# Between the two effects of a pair.
-JOIN = " + "
+
+
 # Probabilities and shares are sums of many rounded numbers.
 SUM_TOLERANCE = 1e-6
 
+
 Interval = tuple[float, float] | None
+
+
 Status = Literal["ok", "abstained", "failed"]
 
 

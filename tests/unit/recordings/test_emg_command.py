@@ -9,8 +9,8 @@ import yaml
 
 from scapulohumeral import cli
 from scapulohumeral.emg.synthesis import emg_noise
-from scapulohumeral.gap.participant import read_participant_file
-from scapulohumeral.gap.trials import TrialEntry, read_trial
+from scapulohumeral.gap.recording.participant_file import read_participant_file
+from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
 
 pytestmark = pytest.mark.unit
 RATE_HZ = 2000.0

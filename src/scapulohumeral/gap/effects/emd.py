@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from scapulohumeral.gap.effects.base import EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.observation import Observed
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

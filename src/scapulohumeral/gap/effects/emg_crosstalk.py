@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scapulohumeral.gap.effects.base import EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.observation import Observed
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

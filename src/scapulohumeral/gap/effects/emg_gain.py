@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import ALL, EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.body import ALL
+from scapulohumeral.gap.effects.observation import Observed
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
 from scapulohumeral.gap.effects.frames import turn_frame
+from scapulohumeral.gap.effects.observation import Observed
 from scapulohumeral.model.rotations import Array
 
 SOURCE = (

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
 from scapulohumeral.gap.effects.frames import elevation, turn_frame
+from scapulohumeral.gap.effects.observation import Observed
 from scapulohumeral.model.rotations import Array
 
 # Skin-based sensors hold to the bone below 60 deg; from there the error sets in without a kink and

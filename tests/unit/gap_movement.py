@@ -16,7 +16,7 @@ from small_arm import (
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.body import Body
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import no_drive
 from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
@@ -82,10 +82,10 @@ def small_movement(equations) -> Movement:
     return Movement(small_forces(equations), body, objective, small_motion(NODES) + 0.05, drive)
 
 
-def small_record(peak: float = 1.4) -> Observed:
+def small_record(peak: float = 1.4) -> Observation:
     """A made-up record of an elevation to `peak` [rad] with two EMG channels."""
     angles = small_motion(NODES)
     angles[:, 7] = np.linspace(0.3, peak, NODES)
     phase = np.linspace(0.0, 1.0, NODES)
     emg = np.stack([0.1 + 0.3 * phase, 0.2 + 0.1 * np.sin(3.0 * phase)], axis=1)
-    return Observed(STEP * (NODES - 1), trial_to_pose(angles), CHANNELS, emg, None)
+    return Observation(STEP * (NODES - 1), trial_to_pose(angles), CHANNELS, emg, None)

@@ -41,7 +41,7 @@ from scapulohumeral.gap.residual import differences
 from scapulohumeral.gap.result import Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
-from scapulohumeral.gap.signatures.of_tasks import FIRMNESS, Response
+from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures
 from scapulohumeral.model.rotations import pose_to_trial
 
 pytestmark = pytest.mark.unit
@@ -62,9 +62,9 @@ def smooth_change(name, channels, nodes=NODES):
     return curves * moved * [sizes[channel_kind(c)] for c in channels]
 
 
-def made_up_response(task, anchor, model, effects, recorder, settings, tells_habits):
+def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_bias):
     """A nominal solution that predicts the record, with made-up derivatives."""
-    channels = channel_names(recorder.channels, recorder.contact)
+    channels = channel_names(sensors.channels, sensors.contact)
     signatures = tuple(
         tuple(
             np.stack([smooth_change(f"{e.label}{p.name}{kept}", channels) for p in e.params])
@@ -72,7 +72,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings, tells_hab
             else record_derivative(e, np.zeros(len(e.params)), anchor)
             for e in effects
         )
-        for kept in ("", *(f" kept {f}" for f in FIRMNESS[1:]))
+        for kept in ("", *(f" kept {f}" for f in STIFFNESSES[1:]))
     )
     slack = np.stack(
         [[smooth_change(f"slack{i}{k}", channels) for k in range(SMOOTH)] for i in range(DOF)]
@@ -80,7 +80,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings, tells_hab
     none = np.zeros((1, NODES, len(channels)))
     levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
     session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
-    return Response(
+    return TaskSignatures(
         task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures, posture=none,
         session=session, followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session, slack=slack, levers=levers,
@@ -90,7 +90,7 @@ def made_up_response(task, anchor, model, effects, recorder, settings, tells_hab
 
 @pytest.fixture(autouse=True)
 def _made_up(monkeypatch):
-    monkeypatch.setattr(assembly, "respond", made_up_response)
+    monkeypatch.setattr(assembly, "task_signatures", made_up_response)
     for module in (assembly, differences):
         monkeypatch.setattr(module, "nominal_body", lambda model, nodes: small_body())
     monkeypatch.setattr(search, "_refit_or_keep", lambda first, *rest: first)
@@ -152,13 +152,13 @@ def diagnosed(**how):
     return done
 
 
-@pytest.mark.parametrize("firmness", FIRMNESS)
-def test_effects_are_found_however_firmly_the_movement_is_kept(firmness):
-    kept = "" if firmness == 1.0 else f" kept {firmness}"
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_effects_are_found_however_firmly_the_movement_is_kept(stiffness):
+    kept = "" if stiffness == 1.0 else f" kept {stiffness}"
     answer = diagnosed(effect=RIGHT, kept=kept)
     assert answer.candidates[0].label == RIGHT
     errors = dict(answer.curves["errors"].to_numpy().tolist())
-    assert errors["firmness"] == firmness
+    assert errors["stiffness"] == stiffness
 
 
 @pytest.mark.parametrize(
@@ -173,11 +173,11 @@ def test_habits_are_read_from_reference_trials_of_known_level(reference, unit, t
     """EMG of test trials holds the effect that is looked for; one of its own maximum no level."""
     told = []
 
-    def respond(*job):
+    def task_signatures(*job):
         told.append(job[-1])
         return made_up_response(*job)
 
-    monkeypatch.setattr(assembly, "respond", respond)
+    monkeypatch.setattr(assembly, "task_signatures", task_signatures)
     known = case(effect=RIGHT, reference=reference)
     participant = replace(known.participant, emg_unit=unit)
     diagnose(replace(known, participant=participant), None, SETTINGS)
@@ -207,13 +207,13 @@ def test_variants_start_from_the_movements_solved_last(monkeypatch):
     cause = "body/joint_damping/EL"
     shape = AMOUNT * smooth_change("no derivative f0_factor", channel_names(CHANNELS, False))
 
-    def solved_again(first, comparison, *rest):
+    def solved_again(first, residual, *rest):
         value = np.zeros_like(first.hypothesis.value)
         if first.label == cause:
-            value = comparison.compress([shape] * len(comparison.tasks))[:, None]
+            value = residual.compress([shape] * len(residual.tasks))[:, None]
         slope = np.tile(1e-3 * value, first.hypothesis.slope.shape[1])
         hypothesis = replace(first.hypothesis, value=value, slope=slope)
-        return fit(hypothesis, comparison, SETTINGS.signature_error)
+        return fit(hypothesis, residual, SETTINGS.signature_error)
 
     monkeypatch.setattr(search, "_refit_or_keep", solved_again)
     answer = diagnose(case(effect="no derivative "), None, replace(SETTINGS, short_list=1000))
@@ -261,20 +261,20 @@ def test_what_a_shrinkage_does_not_show_is_said(in_sample, new_task, words):
 def failing(*tasks):
     """A nominal model that cannot do some tasks."""
 
-    def respond(task, *rest):
+    def task_signatures(task, *rest):
         if task in tasks:
             raise SolveError(f"movement {task}: not solved")
         return made_up_response(task, *rest)
 
-    return respond
+    return task_signatures
 
 
 def test_a_task_that_cannot_be_solved_is_left_out_with_its_reason(monkeypatch):
-    monkeypatch.setattr(assembly, "respond", failing("low"))
+    monkeypatch.setattr(assembly, "task_signatures", failing("low"))
     done = diagnosed(effect=RIGHT)
     assert any("task low is left out: movement low: not solved" in line for line in done.warnings)
     assert done.candidates[0].label == RIGHT
-    monkeypatch.setattr(assembly, "respond", failing(*TASKS))
+    monkeypatch.setattr(assembly, "task_signatures", failing(*TASKS))
     with pytest.raises(SolveError, match="not solved"):
         diagnosed(effect=RIGHT)
 
@@ -546,9 +546,9 @@ def test_variants_judge_causes_as_the_answer_does(monkeypatch):
 def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
     """Where solving again explains less, the derivative is no worse an approximation."""
 
-    def useless(first, comparison, *rest):
+    def useless(first, residual, *rest):
         nothing = np.zeros_like(first.hypothesis.slope)
-        return fit(replace(first.hypothesis, slope=nothing), comparison, SETTINGS.signature_error)
+        return fit(replace(first.hypothesis, slope=nothing), residual, SETTINGS.signature_error)
 
     kept = diagnosed(effect=RIGHT)
     monkeypatch.setattr(search, "_refit_or_keep", useless)
@@ -564,7 +564,7 @@ def test_predictions_have_no_null_bank():
 def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     """Difference of a hidden task in which one EMG channel is half as loud again, and what an
     answer with a gain of `value` removes of it, if the person shows `factor` times the effect."""
-    monkeypatch.setattr(hidden_task, "respond", made_up_response)
+    monkeypatch.setattr(hidden_task, "task_signatures", made_up_response)
     plain = trial("high", 0, np.zeros((NODES, len(EVERY))), True, False, 5)
     louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
     whole = case(reference=reference)
@@ -575,7 +575,7 @@ def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
     names = channel_names(whole.channels, False)
     factors = pd.DataFrame(factor, index=[label], columns=names)
-    errors = pd.Series({"firmness": 1.0, "session_share": 1.0})
+    errors = pd.Series({"stiffness": 1.0, "session_share": 1.0})
     there, removed = hidden_task._compared(
         whole, hidden, candidate, factors, errors, None, SETTINGS
     )

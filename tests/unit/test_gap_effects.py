@@ -13,7 +13,7 @@ from scapulohumeral.gap.effects.frames import elevation
 from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
 from scapulohumeral.gap.nominal import optimal_movement
-from scapulohumeral.gap.recording.observables import Recorder, difference, predicted
+from scapulohumeral.gap.recording.observables import SensorSetup, difference, predicted
 from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.model.rotations import quaternion_multiply, relative_angle
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.unit
 
 LIBRARY = library(SETUP)
 BY_LABEL = {effect.label: effect for effect in LIBRARY}
-RECORDER = Recorder(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
+RECORDER = SensorSetup(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
 # One effect of every kind of change: dynamics, muscles, effort, bounds, objective.
 SOLVED = [
     ("body/hand_load", 0),

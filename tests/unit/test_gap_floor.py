@@ -6,7 +6,7 @@ from gap_movement import CHANNELS, NODES, SETTINGS
 
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.noise import draws, trial_noise
-from scapulohumeral.gap.residual.residual import Comparison, compress
+from scapulohumeral.gap.residual.residual import Residual, compress
 
 pytestmark = pytest.mark.unit
 
@@ -24,9 +24,9 @@ def test_curves_come_back_from_their_coefficients():
     curves = repeats(np.random.default_rng(0), 2, 1.0)
     vector = compress(list(curves), FUNCTIONS)
     identity = np.eye(len(vector))
-    comparison = Comparison(vector, identity, identity, FUNCTIONS, ("a", "b"), NAMES, 3)
-    np.testing.assert_allclose(comparison.curves(vector), curves)
-    part = comparison.part(["b"])
+    residual = Residual(vector, identity, identity, FUNCTIONS, ("a", "b"), NAMES, 3)
+    np.testing.assert_allclose(residual.curves(vector), curves)
+    part = residual.part(["b"])
     np.testing.assert_allclose(part.curves(part.delta)[0], curves[1])
 
 
@@ -52,10 +52,8 @@ def test_whitened_noise_has_size_one():
     rng = np.random.default_rng(2)
     root = rng.normal(size=(56, 56))
     covariance = root @ root.T + np.eye(56)
-    comparison = Comparison(
-        np.zeros(56), covariance, 0.5 * covariance, FUNCTIONS, ("a",), NAMES, 40
-    )
-    white = comparison.whiten(draws(comparison, 4000, 3))
+    residual = Residual(np.zeros(56), covariance, 0.5 * covariance, FUNCTIONS, ("a",), NAMES, 40)
+    white = residual.whiten(draws(residual, 4000, 3))
     np.testing.assert_allclose(np.cov(white), np.eye(56), atol=0.15)
 
 
@@ -64,7 +62,7 @@ def test_some_channels_keep_their_curves_and_their_covariance():
     curves = repeats(rng, 2, 1.0)
     vector = compress(list(curves), FUNCTIONS)
     root = rng.normal(size=(len(vector), len(vector)))
-    whole = Comparison(vector, root @ root.T, np.eye(len(vector)), FUNCTIONS, ("a", "b"), NAMES, 3)
+    whole = Residual(vector, root @ root.T, np.eye(len(vector)), FUNCTIONS, ("a", "b"), NAMES, 3)
     part = whole.only(CHANNELS)
     np.testing.assert_allclose(part.curves(part.delta), curves[..., 10:])
     np.testing.assert_allclose(part.spread, whole.spread[..., 10:])

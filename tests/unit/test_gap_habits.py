@@ -7,14 +7,14 @@ from gap_movement import CHANNELS, SETTINGS, SETUP, small_body, small_movement, 
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.nominal import optimal_movement
 from scapulohumeral.gap.nominal.control_bias import Drive, toward_emg
-from scapulohumeral.gap.recording.observables import Recorder, difference, predicted
+from scapulohumeral.gap.recording.observables import SensorSetup, difference, predicted
 from scapulohumeral.gap.signatures import of_tasks
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.gap.signatures.of_tasks import respond
+from scapulohumeral.gap.signatures.of_tasks import task_signatures
 
 pytestmark = pytest.mark.unit
 
-RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
+RECORDER = SensorSetup(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
 EFFORT = np.array([0.01, 0.02, 0.05])
 LOAD = next(e for e in library(SETUP) if e.label == "body/hand_load")
 
@@ -76,7 +76,7 @@ def emg(move, point):
 def test_habits_bring_the_solution_nearer_to_emg_and_leave_it_optimal(nominal):
     move, point = nominal
     wanted = emg(move, point) + np.array([0.10, 0.05])
-    person, habitual = move.with_habits(point, wanted, RECORDER.electrodes, 200)
+    person, habitual = move.with_control_bias(point, wanted, RECORDER.electrodes, 200)
     before, after = (np.linalg.norm(emg(move, p) - wanted) for p in (point, habitual))
     assert after < 0.95 * before
     again = person.solved(person.body, habitual, 200)
@@ -87,7 +87,7 @@ def test_a_person_with_habits_answers_a_load_as_its_derivative_says(nominal):
     """By solving again with the load: EMG is no longer followed."""
     move, point = nominal
     wanted = emg(move, point) + np.array([0.10, 0.05])
-    person, habitual = move.with_habits(point, wanted, RECORDER.electrodes, 200)
+    person, habitual = move.with_control_bias(point, wanted, RECORDER.electrodes, 200)
     slope = Linearised(person, person.body, habitual, 0.44, RECORDER).by_effect(LOAD, np.zeros(2))
     records = []
     for kg in (0.02, 0.0):
@@ -103,7 +103,7 @@ def test_only_a_record_that_tells_habits_gives_any(nominal, monkeypatch, tells):
     move, _ = nominal
     monkeypatch.setattr(of_tasks, "movement", lambda *_: move)
     monkeypatch.setattr(of_tasks, "nominal_start", lambda move, settings: move.cold_start())
-    found = respond("t", small_record(), None, (), RECORDER, SETTINGS, tells)
+    found = task_signatures("t", small_record(), None, (), RECORDER, SETTINGS, tells)
     assert bool(found.drive.slope.any()) is tells
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from test_gap_attribute import DAMPING, EFFECTS, GAIN, LOAD, MASS, comparison, hypothesis, noise
+from test_gap_attribute import DAMPING, EFFECTS, GAIN, LOAD, MASS, hypothesis, noise, residual
 
 from scapulohumeral.gap.isolation import pairs as pairs_module
 from scapulohumeral.gap.isolation.empirical_bayes import _density
@@ -25,7 +25,7 @@ def even(singles):
 
 
 def pairs(delta, others=OTHERS):
-    there = comparison(delta)
+    there = residual(delta)
     singles = [fit(h, there, ERROR) for h in (LEADER, *others)]
     return paired(singles, even(singles), there, ERROR)
 
@@ -49,7 +49,7 @@ def test_partners_are_few_and_of_another_family(monkeypatch):
 
 
 def test_each_pair_is_fitted_once():
-    there = comparison(LEADER.slope @ [2.0] + noise(1))
+    there = residual(LEADER.slope @ [2.0] + noise(1))
     singles = [fit(h, there, 0.2) for h in (LEADER, hypothesis(LOAD, 5), hypothesis(GAIN, 6))]
     found = paired(singles, even(singles), there, 0.2)
     assert sorted(f.label for f in found) == [
@@ -64,7 +64,7 @@ def test_pairs_pay_for_what_errors_of_the_stronger_effect_may_mimic(error):
     """In proportion to its log evidence, and to the mean square of the errors."""
     weak = hypothesis(LOAD, 5)
     for strong, share in ((LEADER, error), (hypothesis(EMG_GAIN, 7), 0.5 * error)):
-        there = comparison(strong.slope @ [1.0] + noise(2))
+        there = residual(strong.slope @ [1.0] + noise(2))
         one, other = fit(strong, there, error), fit(weak, there, error)
         [both] = paired([one, other], even([one, other]), there, error)
         paid = fit(pair(one, other), there, error).log_evidence - both.log_evidence
@@ -76,7 +76,7 @@ def test_pairs_pay_for_what_errors_of_the_stronger_effect_may_mimic(error):
 def test_what_one_of_two_effects_leaves_is_no_change_of_session():
     second = hypothesis(GAIN, 12, size=1.0)
     delta = LEADER.slope @ [2.0] + second.slope @ [-2.0, 0.0] + noise(4)
-    steady, moving = comparison(delta), comparison(delta, 2.0)
+    steady, moving = residual(delta), residual(delta, 2.0)
     assert density(steady, [LEADER, second]) > density(moving, [LEADER, second])
     assert density(steady, [LEADER]) < density(moving, [LEADER])
 
@@ -87,10 +87,10 @@ def density(there, hypotheses):
     prior = {**dict.fromkeys(labels, 0.05), " + ".join(sorted(labels)): 0.001}
     return _density(
         SimpleNamespace(
-            comparison=there,
+            residual=there,
             screened=singles,
             prior=prior,
-            boxes=SimpleNamespace(columns=noise(9)[:, None]),
+            unknown_inputs=SimpleNamespace(columns=noise(9)[:, None]),
             settings=SimpleNamespace(prior_none=0.1, prior_no_gap=0.2, signature_error=ERROR),
         )
     )

@@ -10,13 +10,13 @@ from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation.channel_gains import (
     expected_left,
     freed_of_prior,
-    person_change,
-    person_factors,
+    gain_factors,
+    predicted_change,
 )
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 pytestmark = pytest.mark.unit
 
@@ -32,10 +32,10 @@ def hypothesis(effect, seed):
     return Hypothesis((effect,), np.zeros(slope.shape[1]), np.zeros((SIZE, 1)), slope, 1.0)
 
 
-def comparison(delta):
+def residual(delta):
     functions = phase_functions(NODES, PHASES)
     noise = np.eye(SIZE)
-    return Comparison(delta, noise, noise, functions, TASKS, KINEMATIC_CHANNELS, 8)
+    return Residual(delta, noise, noise, functions, TASKS, KINEMATIC_CHANNELS, 8)
 
 
 @pytest.fixture
@@ -44,15 +44,15 @@ def truth():
     factors = np.linspace(0.6, 1.4, CHANNELS)
     effect = hypothesis(DAMPING, 1)
     change = effect.predict(np.ones(1))
-    there = comparison(change)
+    there = residual(change)
     rng = np.random.default_rng(2)
-    return effect, factors, comparison(there.scaled(change, factors) + rng.normal(size=SIZE))
+    return effect, factors, residual(there.scaled(change, factors) + rng.normal(size=SIZE))
 
 
 def test_factors_are_those_of_the_person(truth):
     effect, factors, there = truth
     fitted = fit(effect, there, 0.3)
-    [found] = person_factors(fitted, there, 0.3)
+    [found] = gain_factors(fitted, there, 0.3)
     (x,), _ = freed_of_prior(fitted)
     np.testing.assert_allclose(x * found, factors, atol=0.2)
 
@@ -78,7 +78,7 @@ def test_factors_of_one_task_hold_for_another(truth):
     rows = there.rows(["b"])
     plain = fit(effect.part(there.rows(["a"])), training, 0.3)
     before = there.delta - effect.predict(plain.x)
-    after = there.delta - person_change(effect, training, there, 0.3)
+    after = there.delta - predicted_change(effect, training, there, 0.3)
     assert np.linalg.norm(after[rows]) < 0.6 * np.linalg.norm(before[rows])
 
 
@@ -87,24 +87,26 @@ def test_factors_are_never_negative(truth):
     turned = factors.copy()
     turned[0] = -3.0
     opposite = replace(there, delta=there.scaled(effect.predict(np.ones(1)), turned))
-    assert person_factors(fit(effect, opposite, 0.3), opposite, 0.3).min() == 0.0
+    assert gain_factors(fit(effect, opposite, 0.3), opposite, 0.3).min() == 0.0
 
 
 def test_effects_on_the_record_have_no_factors(truth):
     effect, _, there = truth
     both = pair(fit(effect, there, 0.3), fit(hypothesis(TILT, 3), there, 0.3))
-    factors = person_factors(fit(both, there, 0.3), there, 0.3)
+    factors = gain_factors(fit(both, there, 0.3), there, 0.3)
     assert factors.shape == (2, CHANNELS)
     assert np.all(factors[0] != 1.0)
     np.testing.assert_array_equal(factors[1], 1.0)
     x, _ = freed_of_prior(fit(both, there, 0.0))
-    np.testing.assert_allclose(person_change(both, there, there, 0.0), both.predict(x), rtol=1e-9)
+    np.testing.assert_allclose(
+        predicted_change(both, there, there, 0.0), both.predict(x), rtol=1e-9
+    )
 
 
 def test_what_is_left_of_another_task_is_as_large_as_expected():
     """Differences are drawn with the errors that predictions are assumed to have."""
     effect, rng = hypothesis(DAMPING, 1), np.random.default_rng(4)
-    plain = comparison(effect.predict(np.ones(1)))
+    plain = residual(effect.predict(np.ones(1)))
     error = effect.error(np.ones(1), plain, 0.3)
     factor = np.linalg.cholesky(np.linalg.inv(error.solve(np.eye(SIZE))))
     trained, rest = plain.rows(["a"]), plain.rows(["b"])
@@ -112,7 +114,7 @@ def test_what_is_left_of_another_task_is_as_large_as_expected():
     for _ in range(40):
         there = replace(plain, delta=plain.delta + factor @ rng.normal(size=SIZE))
         covariance = expected_left(effect, there.part(["a"]), there, 0.3)
-        left = there.delta - person_change(effect, there.part(["a"]), there, 0.3)
+        left = there.delta - predicted_change(effect, there.part(["a"]), there, 0.3)
         squares.append(left[rest] @ np.linalg.solve(covariance, left[rest]) / len(rest))
         alone.append(np.trace(covariance) / np.trace((factor @ factor.T)[np.ix_(rest, rest)]))
     assert len(trained) == len(rest)

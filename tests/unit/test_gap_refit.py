@@ -8,26 +8,26 @@ from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.library import library
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.isolation import refit as refit_module
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.isolation.refit import WARM_ITERATIONS, refit
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
-    Recorder,
+    SensorSetup,
     difference,
     phase_functions,
     predicted,
 )
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 pytestmark = pytest.mark.unit
 
 CHANNELS = ("EMG_a", "EMG_b")
-RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
+RECORDER = SensorSetup(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
 WEAK = next(e for e in library(SETUP) if e.label == "body/strength_loss/coracobrachialis")
 LEFT, FIBRES_LEFT = 0.45, 0.6
 
@@ -37,11 +37,11 @@ def weakened(quaternion_equations):
     """Nominal response, and the change (N, K) by a muscle of half of its strength."""
     move = small_movement(quaternion_equations)
     point = move.solved(move.body, move.cold_start(), 500)
-    anchor: Observed = small_record()
+    anchor: Observation = small_record()
     local = Linearised(move, move.body, point, anchor.duration_s, RECORDER)
     slope = local.by_effect(WEAK, np.zeros(2))
     nothing = np.zeros(0)
-    response = Response(
+    of_task = TaskSignatures(
         task="t", anchor=anchor, nominal=local.observed, point=point, effects=((slope,),),
         posture=nothing, session=nothing, followed=(), followed_session=nothing, slack=nothing,
         levers=nothing, needed=nothing, drive=move.drive,
@@ -50,29 +50,29 @@ def weakened(quaternion_equations):
     x = move.trajectory(move.solved(weak, point, 300))
     electrodes = weak.seen * RECORDER.electrodes
     record = predicted(x, anchor.duration_s, CHANNELS, electrodes, False)
-    return move, response, difference(record, local.observed)
+    return move, of_task, difference(record, local.observed)
 
 
-def screened(response, change):
+def screened(of_task, change):
     """A comparison (one task) with a change (N, K) to explain, and weakness fitted to it."""
     functions = phase_functions(NODES, 6)
     scale = np.array([0.2] * 10 + [0.002] * 2)
     covariance = np.diag(np.repeat(scale**2, 6))
-    comparison = Comparison(
+    residual = Residual(
         (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
         (*KINEMATIC_CHANNELS, *CHANNELS), 8,
     )  # fmt: skip
-    slope = comparison.compress([response.effects[0][0]])
+    slope = residual.compress([of_task.effects[0][0]])
     hypothesis = Hypothesis((WEAK,), np.zeros(2), np.zeros((72, 1)), slope, 1.0)
-    return comparison, fit(hypothesis, comparison, 0.0)
+    return residual, fit(hypothesis, residual, 0.0)
 
 
 def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
-    move, response, change = weakened
+    move, of_task, change = weakened
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
-    comparison, first = screened(response, change)
+    residual, first = screened(of_task, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
-    found = refit(first, comparison, [response], None, RECORDER, settings)
+    found = refit(first, residual, [of_task], None, RECORDER, settings)
     linear, solved = (WEAK.physical(f.x) for f in (first, found))
     np.testing.assert_allclose(solved, [LEFT, FIBRES_LEFT], rtol=0.05)
     assert abs(linear[0] - LEFT) > abs(solved[0] - LEFT)
@@ -80,7 +80,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
 
 
 def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
-    move, response, change = weakened
+    move, of_task, change = weakened
     tried = []
 
     def never(self, effect, x, start):
@@ -89,8 +89,8 @@ def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
 
     monkeypatch.setattr(refit_module, "movement", lambda *_: move)
     monkeypatch.setattr(refit_module.Resolve, "solved", never)
-    comparison, first = screened(response, change)
+    residual, first = screened(of_task, change)
     with pytest.raises(SolveError, match="no"):
-        refit(first, comparison, [response], None, RECORDER, SETTINGS)
+        refit(first, residual, [of_task], None, RECORDER, SETTINGS)
     assert tried == [WARM_ITERATIONS]
     assert SETTINGS.iterations > WARM_ITERATIONS

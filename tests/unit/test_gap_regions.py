@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES
 
-from scapulohumeral.gap.detection.presence import Shows
+from scapulohumeral.gap.detection.presence import DifferenceMap
 from scapulohumeral.gap.detection.regions import POINTWISE_SIGMA, entered_regions, shown_regions
 from scapulohumeral.gap.isolation.candidates import _level
 from scapulohumeral.gap.isolation.priors import PAIRS, pair_priors
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.residual.residual import Comparison
-from scapulohumeral.gap.residual.unknown_input import DOF_NAMES, Disturbances
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import DOF_NAMES, UnknownInputs
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 
 pytestmark = pytest.mark.unit
@@ -27,16 +27,16 @@ def found(peak):
     sigma = np.zeros((NODES, len(NAMES)))
     sigma[-4:, 3] = peak
     null = np.sort(np.linspace(1.0, 4.0, 100))
-    return Shows(sigma, sigma, peak, 3.9, 0.01, null)
+    return DifferenceMap(sigma, sigma, peak, 3.9, 0.01, null)
 
 
-def comparison():
+def residual():
     size = len(NAMES) * 4
-    return Comparison(np.zeros(size), np.eye(size), np.eye(size), FUNCTIONS, ("a",), NAMES, 5)
+    return Residual(np.zeros(size), np.eye(size), np.eye(size), FUNCTIONS, ("a",), NAMES, 5)
 
 
 def test_regions_above_the_threshold_of_the_map_are_certain():
-    [region] = shown_regions(found(5.0), comparison(), [])
+    [region] = shown_regions(found(5.0), residual(), [])
     assert region.channel == "AC_rx"
     assert region.p_value == pytest.approx(1 / 101)
     assert region.share == 1.0
@@ -48,18 +48,18 @@ def test_a_region_extends_as_far_as_its_points_would_stand_out_alone():
     wide.sigma[-6:-1, 3] = 2.5
     wide.sigma[:4, 3] = -3.0
     wide.sigma[:, 5] = 3.0
-    [region] = shown_regions(wide, comparison(), [])
+    [region] = shown_regions(wide, residual(), [])
     assert region.phase_percent == (100.0 * (NODES - 6) / (NODES - 1), 100.0)
     assert (region.channel, region.peak_percent, region.sign) == ("AC_rx", 100.0, 1)
     wide.sigma[:4, 3] = -4.5
-    first, second = shown_regions(wide, comparison(), [])
+    first, second = shown_regions(wide, residual(), [])
     assert {first.channel, second.channel} == {"AC_rx"}
     assert (first.sign, second.sign) == (-1, 1)
     assert first.share > second.share
 
 
 def test_regions_that_both_halves_of_the_trials_have_are_repeated():
-    there = comparison()
+    there = residual()
     seen, unseen = (there.compress([0.5 * sign * found(60.0).sigma]) for sign in (1.0, -1.0))
     assert shown_regions(found(5.0), there, [seen, seen])[0].repeated is True
     assert shown_regions(found(5.0), there, [seen, unseen])[0].repeated is False
@@ -68,7 +68,7 @@ def test_regions_that_both_halves_of_the_trials_have_are_repeated():
 
 def test_forces_enter_where_they_explain_the_difference():
     """A force changes one channel by its own shape; only that one is found, if it repeats."""
-    there = comparison()
+    there = residual()
     shapes = phase_functions(NODES, SMOOTH) * np.sqrt(NODES)
     columns = []
     for i in range(len(DOF_NAMES)):
@@ -76,10 +76,12 @@ def test_forces_enter_where_they_explain_the_difference():
         curves[:, :, i] = shapes.T
         columns.append(there.compress([curves]))
     names = tuple(("dof", name) for name in DOF_NAMES)
-    boxes = Disturbances(np.hstack(columns), names, (shapes,) * len(names))
-    delta = boxes.columns[:, 2 * SMOOTH] * 10.0
+    unknown_inputs = UnknownInputs(np.hstack(columns), names, (shapes,) * len(names))
+    delta = unknown_inputs.columns[:, 2 * SMOOTH] * 10.0
     for halves, repeated in (([delta, delta], True), ([2.0 * delta, 0.0 * delta], False)):
-        regions, rows = entered_regions(replace(there, delta=delta), boxes, halves, 0.05, 1)
+        regions, rows = entered_regions(
+            replace(there, delta=delta), unknown_inputs, halves, 0.05, 1
+        )
         assert [region.name for region in regions] == [DOF_NAMES[2]]
         assert regions[0].effect == pytest.approx(10.0, rel=0.1)
         assert regions[0].repeated is repeated
@@ -89,11 +91,11 @@ def test_forces_enter_where_they_explain_the_difference():
 def test_a_thin_gap_has_regions_that_say_how_uncertain_they_are():
     thin = found(2.5)
     assert not thin.standing_out
-    [region] = shown_regions(thin, comparison(), [])
+    [region] = shown_regions(thin, residual(), [])
     assert region.p_value == pytest.approx((1 + np.sum(thin.null >= 2.5)) / 101)
     assert region.p_value > 0.4
     nothing = replace(thin, sigma=thin.sigma * (0.9 * POINTWISE_SIGMA / 2.5))
-    assert shown_regions(nothing, comparison(), []) == ()
+    assert shown_regions(nothing, residual(), []) == ()
 
 
 def test_all_pairs_of_families_share_their_prior():

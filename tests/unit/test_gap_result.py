@@ -221,7 +221,7 @@ def test_the_page_says_where_the_floor_comes_from(source, words):
 
 
 def test_the_page_says_what_was_assumed_of_person_and_sessions():
-    values = {"firmness": 10.0, "session_share": 0.25, "signature_error": 0.3}
+    values = {"stiffness": 10.0, "session_share": 0.25, "signature_error": 0.3}
     table = pd.DataFrame({"error": list(values), "value": list(values.values())})
     done = diagnosis()
     page = render_report(replace(done, curves={**done.curves, "errors": table}), "")

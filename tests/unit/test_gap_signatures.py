@@ -8,12 +8,12 @@ from gap_movement import CHANNELS, NODES, SETTINGS, SETUP, small_movement, small
 
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.library import library
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import EmgSeries, GapTrial
 from scapulohumeral.gap.recording.observables import (
     JOINT_QUATERNIONS,
     KINEMATIC_CHANNELS,
-    Recorder,
+    SensorSetup,
     channel_names,
     difference,
     electrode_matrix,
@@ -25,12 +25,12 @@ from scapulohumeral.gap.recording.observables import (
 )
 from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
 
 pytestmark = pytest.mark.unit
 
-RECORDER = Recorder(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
+RECORDER = SensorSetup(CHANNELS, np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), False)
 ELBOW = 9
 
 
@@ -78,7 +78,7 @@ def test_prediction_follows_a_record_that_is_wrong(local):
     for sign in (1.0, -1.0):
         pose = trial_to_pose(move.angles_rad)
         pose = turn_frame(pose, "scapula", np.deg2rad(sign * np.array([0.1, 0.0, 0.05])))
-        records.append(Observed(0.44, pose, CHANNELS, None, None))
+        records.append(Observation(0.44, pose, CHANNELS, None, None))
         other = replace(move, objective=move.with_reference(pose_to_trial(pose)))
         x = other.trajectory(other.solved(other.body, local.point, 200))
         solved.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
@@ -130,13 +130,13 @@ def test_firmness_leaves_the_solution(local):
 def test_residual_keeps_what_the_prediction_has_not_followed(local):
     wrong, followed = np.full((1, 2, 3), 5.0), np.full((1, 2, 3), 4.0)
     none = np.zeros(0)
-    response = Response(
+    of_task = TaskSignatures(
         task="t", anchor=small_record(), nominal=small_record(), point=local.point,
         effects=((wrong,), (2.0 * wrong,)), posture=none, session=wrong, followed=(followed,),
         followed_session=0.5 * followed, slack=none, levers=none, needed=none,
         drive=local.move.drive,
     )  # fmt: skip
-    residual = response.of_residual()
+    residual = of_task.of_residual()
     np.testing.assert_allclose(residual.effects[0][0], 1.0)
     np.testing.assert_allclose(residual.effects[1][0], 6.0)
     np.testing.assert_allclose(residual.session, 3.0)

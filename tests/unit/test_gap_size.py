@@ -9,13 +9,13 @@ from gap_movement import CHANNELS, NODES, small_record
 from scapulohumeral.gap.detection.size import FEWEST_TRIALS, gap_size, sides
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
-    Recorder,
+    SensorSetup,
     difference,
     mean,
     phase_functions,
 )
 from scapulohumeral.gap.residual.differences import Records
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 pytestmark = pytest.mark.unit
 
@@ -32,7 +32,7 @@ def drawn(rng, true_size, trials, tasks=("a", "b"), reference=True, spread=0.7):
     test = true_size * error + spread * rng.normal(size=shape)
     other = spread * rng.normal(size=shape) if reference else np.zeros(shape)
     covariance = error**2 * np.eye(len(tasks) * PER_TASK)
-    there = Comparison(
+    there = Residual(
         delta=(test.mean(axis=1) - other.mean(axis=1)).ravel(),
         covariance=covariance,
         noise=covariance,
@@ -110,9 +110,9 @@ def test_sides_hold_the_trials_of_the_tasks_compared():
     test = {task: [small_record(peak) for peak in heights] for task, heights in peaks.items()}
     reference = {task: [small_record(1.0), small_record(1.05)] for task in peaks}
     anchors = {task: mean(trials) for task, trials in reference.items()}
-    records = Records(test, reference, anchors, Recorder(CHANNELS, np.eye(2), False), NAMES)
+    records = Records(test, reference, anchors, SensorSetup(CHANNELS, np.eye(2), False), NAMES)
     identity = np.eye(2 * PER_TASK)
-    there = Comparison(np.zeros(2 * PER_TASK), identity, identity, FUNCTIONS, ("a", "b"), NAMES, 5)
+    there = Residual(np.zeros(2 * PER_TASK), identity, identity, FUNCTIONS, ("a", "b"), NAMES, 5)
     first, second = sides(there, records)
     assert {task: c.shape for task, c in first.items()} == {"a": (3, PER_TASK), "b": (2, PER_TASK)}
     assert set(second) == {"a", "b"}

@@ -10,10 +10,10 @@ from gap_files import GAIN, finished_diagnosis
 from gap_movement import CHANNELS, NODES, SETUP
 
 from scapulohumeral.gap.curve_files import TABLES, read_table, write_curves
-from scapulohumeral.gap.detection.presence import Shows
+from scapulohumeral.gap.detection.presence import DifferenceMap
 from scapulohumeral.gap.detection.regions import EnteringCurve
 from scapulohumeral.gap.effects.library import library
-from scapulohumeral.gap.isolation.channel_gains import person_factors
+from scapulohumeral.gap.isolation.channel_gains import gain_factors
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.output.figures import CIRCLES, NO_HALVES, figures
@@ -27,7 +27,7 @@ from scapulohumeral.gap.output.tables import (
     signature_table,
 )
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 pytestmark = pytest.mark.unit
 
@@ -45,12 +45,12 @@ CHANNEL = 3
 SHAPE = np.array([3.0, -2.0, 1.0, 0.5])
 
 
-def comparison():
+def residual():
     """One channel differs, in the second task twice as much."""
     delta = np.zeros((len(TASKS), len(NAMES), len(SHAPE)))
     delta[:, CHANNEL] = SHAPE * [[1.0], [2.0]]
     covariance = NOISE**2 * np.eye(delta.size)
-    return Comparison(delta.ravel(), covariance, covariance, FUNCTIONS, TASKS, NAMES, 5)
+    return Residual(delta.ravel(), covariance, covariance, FUNCTIONS, TASKS, NAMES, 5)
 
 
 def fitted(label, there):
@@ -72,13 +72,13 @@ def row_of(table, **key):
 
 @pytest.fixture(name="there")
 def _there():
-    return comparison()
+    return residual()
 
 
 def shown(sigma):
     """A map of these z values whose threshold is 4."""
     null = np.linspace(1.0, 4.0, 100)
-    return Shows(sigma, sigma, float(np.abs(sigma).max()), 4.0, 0.01, null)
+    return DifferenceMap(sigma, sigma, float(np.abs(sigma).max()), 4.0, 0.01, null)
 
 
 def map_with_two_regions():
@@ -251,7 +251,7 @@ def test_factors_belong_to_their_effect_and_channel(there):
     assert tuple(table.columns) == TABLES["factors"]
     assert len(table) == 2 * len(NAMES)
     own = table[table["label"] == DAMPING].set_index("channel")["factor"]
-    [expected] = person_factors(one, there, ERROR)
+    [expected] = gain_factors(one, there, ERROR)
     np.testing.assert_allclose(own[list(NAMES)], expected)
     assert own[NAMES[CHANNEL]] != pytest.approx(own["EMG_b"], rel=1e-6)
     assert set(table[table["label"] == GAIN_A]["factor"]) == {1.0}

@@ -21,9 +21,9 @@ from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
 from scapulohumeral.gap.residual.residual import compress
-from scapulohumeral.gap.residual.unknown_input import disturbances
+from scapulohumeral.gap.residual.unknown_input import unknown_inputs
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.of_tasks import FIRMNESS, Response, respond
+from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures, task_signatures
 
 SHOULDER_JOINTS = 3
 
@@ -41,12 +41,12 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
     return library(setup)
 
 
-def tells_habits(case: Case, records: Records) -> bool:
+def emg_tells_bias(case: Case, records: Records) -> bool:
     """Whether EMG tells how muscles are driven without effects: reference trials of known level."""
     return bool(records.reference) and case.participant.emg_is_of_mvc
 
 
-def gather(
+def assemble(
     case: Case,
     records: Records,
     model: ParticipantModel,
@@ -65,46 +65,46 @@ def gather(
         # Errors of electrodes and of the model's EMG levels are one unknown here.
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
-    habits = tells_habits(case, records)
+    habits = emg_tells_bias(case, records)
     jobs = [
-        (task, anchor, model, effects, records.recorder, local, habits)
+        (task, anchor, model, effects, records.sensors, local, habits)
         for task, anchor in records.anchors.items()
     ]
     found = side_by_side(_respond_or_reason, jobs, case.threads)
-    responses = tuple(one for one in found if isinstance(one, Response))
+    signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
     records = solved_part(records, found, warnings)
     if not records.reference:
-        responses = tuple(response.of_residual() for response in responses)
+        signatures = tuple(of_task.of_residual() for of_task in signatures)
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
     if not noise.degrees:
         warnings.append("no task was repeated: noise levels are those of the configuration")
-    whole, trials = differences(records, responses, noise, functions)
+    whole, trials = differences(records, signatures, noise, functions)
     reserved = settings.prior_no_gap + settings.prior_none
     single = priors.priors(effects, reserved)
     evidence = Evidence(
-        comparison=whole,
+        residual=whole,
         trials=trials,
         noise=noise,
         effects=effects,
         prior={**single, **priors.pair_priors(single, reserved)},
-        recorder=records.recorder,
-        responses=responses,
-        boxes=disturbances(responses, functions, records.channels, settings.noise.emg),
+        sensors=records.sensors,
+        signatures=signatures,
+        unknown_inputs=unknown_inputs(signatures, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
         session_share=1.0,
         settings=settings,
-        persons=(),
+        fits_by_stiffness=(),
     )
-    firmnesses = FIRMNESS if records.reference else FIRMNESS[:1]
+    stiffnesses = STIFFNESSES if records.reference else STIFFNESSES[:1]
     return most_probable(
-        evidence, {f: _linearised(effects, functions, responses, f) for f in firmnesses}
+        evidence, {f: _linearised(effects, functions, signatures, f) for f in stiffnesses}
     )
 
 
-def _respond_or_reason(*job: Any) -> Response | SolveError:
+def _respond_or_reason(*job: Any) -> TaskSignatures | SolveError:
     try:
-        return respond(*job)
+        return task_signatures(*job)
     except SolveError as error:
         return error
 
@@ -112,14 +112,14 @@ def _respond_or_reason(*job: Any) -> Response | SolveError:
 def _linearised(
     effects: Sequence[Effect],
     functions: np.ndarray,
-    responses: Sequence[Response],
-    firmness: float,
+    signatures: Sequence[TaskSignatures],
+    stiffness: float,
 ) -> tuple[Hypothesis, ...]:
     """All effects at the nominal solutions."""
-    kept = [response.effects[FIRMNESS.index(firmness)] for response in responses]
+    kept = [of_task.effects[STIFFNESSES.index(stiffness)] for of_task in signatures]
     found = []
     for i, effect in enumerate(effects):
         slope = compress([changes[i] for changes in kept], functions)
         nothing, off = np.zeros((len(slope), 1)), np.zeros(slope.shape[1])
-        found.append(Hypothesis((effect,), off, nothing, slope, firmness))
+        found.append(Hypothesis((effect,), off, nothing, slope, stiffness))
     return tuple(found)

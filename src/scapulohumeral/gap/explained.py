@@ -18,13 +18,17 @@ from functools import partial
 import numpy as np
 
 from scapulohumeral.gap.curve_files import ControlsRow
-from scapulohumeral.gap.isolation.channel_gains import channel_factors, expected_left, person_change
+from scapulohumeral.gap.isolation.channel_gains import (
+    channel_factors,
+    expected_left,
+    predicted_change,
+)
 from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.model_error import SignatureError, change_error
 from scapulohumeral.gap.recording.observables import channel_kind, channel_unit
 from scapulohumeral.gap.residual.differences import TrialDifference
-from scapulohumeral.gap.residual.residual import Comparison
-from scapulohumeral.gap.residual.unknown_input import Disturbances, most_probable
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
 FEWEST_FOR_INTERVAL = 4
@@ -42,7 +46,7 @@ PLACEBOS = 3
 
 def shrinkage(
     chosen: Fit,
-    comparison: Comparison,
+    residual: Residual,
     trials: Sequence[TrialDifference],
     relative_error: float,
     seed: int,
@@ -54,28 +58,28 @@ def shrinkage(
     Parameters
     ----------
     chosen : effect, fitted to everything
-    comparison : mean differences of all tasks
+    residual : mean differences of all tasks
     trials : differences of single test trials
     relative_error : of signatures
     seed : of the bootstrap
     """
     hypothesis = chosen.hypothesis
 
-    def change(training: Comparison) -> np.ndarray:
-        return person_change(hypothesis, training, comparison, relative_error)
+    def change(training: Residual) -> np.ndarray:
+        return predicted_change(hypothesis, training, residual, relative_error)
 
-    fitted = change(comparison)
-    splits: dict[str, list[tuple[Comparison, np.ndarray]]] = {"in_sample": [], "new_task": []}
+    fitted = change(residual)
+    splits: dict[str, list[tuple[Residual, np.ndarray]]] = {"in_sample": [], "new_task": []}
     left = []
-    for task in comparison.tasks:
-        part, rows = comparison.part([task]), comparison.rows([task])
+    for task in residual.tasks:
+        part, rows = residual.part([task]), residual.rows([task])
         splits["in_sample"].append((part, fitted[rows]))
-        others = [other for other in comparison.tasks if other != task]
+        others = [other for other in residual.tasks if other != task]
         if others:
-            training = comparison.part(others)
+            training = residual.part(others)
             splits["new_task"].append((part, change(training)[rows]))
-            left.append(expected_left(hypothesis, training, comparison, relative_error))
-    splits["held_out_trial"] = _held_out(change, comparison, trials)
+            left.append(expected_left(hypothesis, training, residual, relative_error))
+    splits["held_out_trial"] = _held_out(change, residual, trials)
     counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
     shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
     if shares["new_task"] is not None:
@@ -92,9 +96,9 @@ def shrinkage(
 
 
 def controls(
-    comparison: Comparison,
+    residual: Residual,
     trials: Sequence[TrialDifference],
-    boxes: Disturbances,
+    unknown_inputs: UnknownInputs,
     relative_error: float,
     seed: int,
 ) -> list[ControlsRow]:
@@ -109,16 +113,20 @@ def controls(
     shares : of the black box and of each placebo, if there are trials to hold out
     """
     rng = np.random.default_rng(seed)
-    forces = sum(kind == "dof" for kind, _ in boxes.names) * boxes.shapes[0].shape[1]
-    by_task = np.split(boxes.columns, len(comparison.tasks), axis=1)
+    forces = (
+        sum(kind == "dof" for kind, _ in unknown_inputs.names) * unknown_inputs.shapes[0].shape[1]
+    )
+    by_task = np.split(unknown_inputs.columns, len(residual.tasks), axis=1)
     placebos = [
         sum(columns[:, :forces] for columns in by_task) @ rng.normal(size=forces)
         for _ in range(PLACEBOS)
     ]
-    found = {"black box": _held_out(partial(_smooth, columns=boxes.columns), comparison, trials)}
+    found = {
+        "black box": _held_out(partial(_smooth, columns=unknown_inputs.columns), residual, trials)
+    }
     for i, change in enumerate(placebos):
         predict = partial(_scaled, change=change, relative_error=relative_error)
-        found[f"placebo {i + 1}"] = _held_out(predict, comparison, trials)
+        found[f"placebo {i + 1}"] = _held_out(predict, residual, trials)
     shares = {name: _share(parts, len(parts), seed) for name, parts in found.items()}
     return [
         ControlsRow(name=name, shrinkage=share.value)
@@ -127,12 +135,12 @@ def controls(
     ]
 
 
-def _smooth(training: Comparison, columns: np.ndarray) -> np.ndarray:
+def _smooth(training: Residual, columns: np.ndarray) -> np.ndarray:
     """Most probable change (D,) by smooth disturbances (D, S)."""
     return columns @ most_probable(training, columns) @ training.whiten(training.delta)
 
 
-def _scaled(training: Comparison, change: np.ndarray, relative_error: float) -> np.ndarray:
+def _scaled(training: Residual, change: np.ndarray, relative_error: float) -> np.ndarray:
     """A change (D,), as large as fits best, with the factors of a person."""
     white = training.whiten(change)
     change = float(white @ training.whiten(training.delta)) / float(white @ white) * change
@@ -143,20 +151,20 @@ def _scaled(training: Comparison, change: np.ndarray, relative_error: float) -> 
 
 
 def _held_out(
-    predict: Callable[[Comparison], np.ndarray],
-    comparison: Comparison,
+    predict: Callable[[Residual], np.ndarray],
+    residual: Residual,
     trials: Sequence[TrialDifference],
-) -> list[tuple[Comparison, np.ndarray]]:
+) -> list[tuple[Residual, np.ndarray]]:
     """Each trial with the change (D,) that is predicted from the other trials."""
     parts = []
     for i, trial in enumerate(trials):
-        delta = comparison.delta.copy()
-        rows = comparison.rows([trial.task])
+        delta = residual.delta.copy()
+        rows = residual.rows([trial.task])
         rest = [t for k, t in enumerate(trials) if k != i and t.task == trial.task]
         if rest:
-            delta[rows] = np.mean([t.comparison.delta for t in rest], axis=0)
-            training = replace(comparison, delta=delta)
-            parts.append((trial.comparison, predict(training)[rows]))
+            delta[rows] = np.mean([t.residual.delta for t in rest], axis=0)
+            training = replace(residual, delta=delta)
+            parts.append((trial.residual, predict(training)[rows]))
     return parts
 
 
@@ -172,14 +180,14 @@ def reducible_share(before: float, after: float) -> float | None:
     return (before - max(after, 1.0)) / (before - 1.0)
 
 
-def remaining(part: Comparison, predicted: np.ndarray) -> tuple[float, float]:
+def remaining(part: Residual, predicted: np.ndarray) -> tuple[float, float]:
     """Root mean square before and after, over what differs without a cause."""
     scale = np.sqrt(np.diag(part.covariance))
     before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
     return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
 
 
-def _share(parts: Sequence[tuple[Comparison, np.ndarray]], trials: int, seed: int) -> Share | None:
+def _share(parts: Sequence[tuple[Residual, np.ndarray]], trials: int, seed: int) -> Share | None:
     """Share over all parts with a bootstrap interval; None if there is nothing to reduce.
 
     `trials` is how many trials are behind all parts.
@@ -201,7 +209,7 @@ def _share(parts: Sequence[tuple[Comparison, np.ndarray]], trials: int, seed: in
 
 def _expected(
     share: Share,
-    parts: Sequence[tuple[Comparison, np.ndarray]],
+    parts: Sequence[tuple[Residual, np.ndarray]],
     left: Sequence[np.ndarray],
     seed: int,
 ) -> Share:
@@ -232,7 +240,7 @@ def _ratio(pairs: np.ndarray) -> float | None:
     return reducible_share(float(before), float(after))
 
 
-def _groups(split: str, parts: Sequence[tuple[Comparison, np.ndarray]]) -> list[GroupShrinkage]:
+def _groups(split: str, parts: Sequence[tuple[Residual, np.ndarray]]) -> list[GroupShrinkage]:
     """Root mean squares in units of each kind of channel."""
     channels = parts[0][0].channels
     kinds = np.array([channel_kind(name) for name in channels])

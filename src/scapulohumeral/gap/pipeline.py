@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.gap.assembly import gather
+from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.curve_files import (
     BaselinesRow,
     ControlsRow,
@@ -26,7 +26,7 @@ from scapulohumeral.gap.curve_files import (
 )
 from scapulohumeral.gap.detection import null_bank as null_bank
 from scapulohumeral.gap.detection.feasibility import no_cost
-from scapulohumeral.gap.detection.presence import Presence, Shows, presence, shows
+from scapulohumeral.gap.detection.presence import DifferenceMap, Presence, difference_map, presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
@@ -50,8 +50,8 @@ from scapulohumeral.gap.output.tables import (
 )
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import Records, read_records
-from scapulohumeral.gap.residual.residual import Comparison
-from scapulohumeral.gap.residual.unknown_input import black_box_evidence, black_box_left
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence, unknown_input_left
 from scapulohumeral.gap.result import (
     Diagnosis,
     Gap,
@@ -76,7 +76,7 @@ STABLE = 0.5
 # Share of the gap that may be lost on a new task without a remark.
 OVERFITTED = 0.3
 # Effects among which variants choose.
-RIVALS = 15
+COMPARED_VARIANTS = 15
 
 
 def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
@@ -103,17 +103,17 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
-    evidence = gather(case, records, model, settings, warnings)
-    found = shows(evidence.comparison, settings.alpha / 2.0, inflation, case.seed)
+    evidence = assemble(case, records, model, settings, warnings)
+    found = difference_map(evidence.residual, settings.alpha / 2.0, inflation, case.seed)
     slopes = [f.hypothesis.slope for f in evidence.screened]
-    is_there = presence(evidence.comparison, found, slopes, settings.alpha, inflation, case.seed)
+    is_there = presence(evidence.residual, found, slopes, settings.alpha, inflation, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     fits: Sequence[Fit] = evidence.screened
     if is_there.present:
         fits = fit_all(evidence, model, case.threads, warnings)
     judged = _judged(evidence, fits, is_there.present, inflation)
     answer = _answer(case, records, evidence, (is_there, found), judged, warnings)
-    rows = baseline_labels(evidence.comparison, evidence.screened, evidence.prior)
+    rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(
         answer,
         hashes={"null_bank": None if bank is None else bank.hash},
@@ -154,7 +154,7 @@ class _Judged:
 
 
 def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: float) -> _Judged:
-    c, error = evidence.comparison, evidence.settings.signature_error
+    c, error = evidence.residual, evidence.settings.signature_error
     squares = _squares(c, inflation)
     p = _posterior(evidence, fits, present, squares)
     likely = isolability.likely(fits, p)
@@ -165,7 +165,7 @@ def _judged(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: f
     return _Judged(fits, squares, best, p, likely, apart, groups, agreement, by_task)
 
 
-def _squares(c: Comparison, inflation: float) -> doubts.Squares:
+def _squares(c: Residual, inflation: float) -> doubts.Squares:
     white = c.whiten(c.delta)
     return doubts.Squares(
         whole=float(white @ white),
@@ -178,17 +178,17 @@ def _answer(
     case: Case,
     records: Records,
     evidence: Evidence,
-    where: tuple[Presence, Shows],
+    where: tuple[Presence, DifferenceMap],
     judged: _Judged,
     warnings: list[str],
 ) -> Diagnosis:
-    c, error = evidence.comparison, evidence.settings.signature_error
+    c, error = evidence.residual, evidence.settings.signature_error
     is_there, found = where
     present = is_there.present
     fits, best, p, groups = judged.fits, judged.best, judged.p, judged.groups
     agreement = {best.label: judged.agreement}
     temperature = evidence.settings.temperature
-    reducible = judged.squares.whole, black_box_left(c, evidence.boxes.columns)
+    reducible = judged.squares.whole, unknown_input_left(c, evidence.unknown_inputs.columns)
     causes = candidates.candidates(fits, p, groups, agreement, reducible, temperature)
     robust, variants = _robustness(evidence, judged, present)
     gap = _gap(evidence, is_there, fits, records, case.seed)
@@ -199,7 +199,7 @@ def _answer(
     without_cause: list[ControlsRow] = []
     if present:
         cost = shrinkage(best, c, evidence.trials, error, case.seed)
-        without_cause = controls(c, evidence.trials, evidence.boxes, error, case.seed)
+        without_cause = controls(c, evidence.trials, evidence.unknown_inputs, error, case.seed)
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
     warnings += _remarks(records, present and not found.standing_out, cost)
@@ -236,7 +236,7 @@ def _answer(
 
 
 def _tables_of_causes(evidence: Evidence, judged: _Judged) -> dict[str, pd.DataFrame]:
-    c, best = evidence.comparison, judged.best
+    c, best = evidence.residual, judged.best
     return {
         "overlay": overlay_table(c, best, evidence.referenced),
         "signature": signature_table(c, best),
@@ -282,7 +282,7 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
 def _errors(evidence: Evidence, best: Fit) -> list[ErrorsRow]:
     """What was found most probable of the person and of the errors that are assumed."""
     return [
-        ErrorsRow(error="firmness", value=best.hypothesis.firmness),
+        ErrorsRow(error="stiffness", value=best.hypothesis.stiffness),
         ErrorsRow(error="session_share", value=evidence.session_share),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
     ]
@@ -302,10 +302,13 @@ def _only_with_a_gap(
 def _posterior(
     evidence: Evidence, fits: Sequence[Fit], present: bool, squares: doubts.Squares
 ) -> posterior.Posterior:
-    c, settings = evidence.comparison, evidence.settings
+    c, settings = evidence.residual, evidence.settings
     found = posterior.posterior(
         fits,
-        {NONE: black_box_evidence(c, evidence.boxes.columns), NO_GAP: no_gap_evidence(c)},
+        {
+            NONE: unknown_input_evidence(c, evidence.unknown_inputs.columns),
+            NO_GAP: no_gap_evidence(c),
+        },
         {**evidence.prior, NONE: settings.prior_none, NO_GAP: settings.prior_no_gap},
         settings.temperature,
         posterior.no_gap_range(present, evidence.referenced),
@@ -317,13 +320,13 @@ def _posterior(
 def _regions(
     case: Case,
     evidence: Evidence,
-    found: Shows,
+    found: DifferenceMap,
     halves: Sequence[np.ndarray],
     present: bool,
 ) -> tuple[Regions, list[EnteringCurve]]:
     """Both maps, and the curves of the second; regions only if there is a gap."""
-    c, alpha = evidence.comparison, evidence.settings.alpha
-    enters, entering = entered_regions(c, evidence.boxes, halves, alpha, case.seed)
+    c, alpha = evidence.residual, evidence.settings.alpha
+    enters, entering = entered_regions(c, evidence.unknown_inputs, halves, alpha, case.seed)
     if not present:
         return Regions(), entering
     return Regions(shown_regions(found, c, halves), enters), entering
@@ -334,8 +337,8 @@ def _halves(evidence: Evidence) -> list[np.ndarray]:
     halves = []
     for part in (0, 1):
         chosen = [
-            [t.comparison.delta for t in evidence.trials if t.task == task][part::2]
-            for task in evidence.comparison.tasks
+            [t.residual.delta for t in evidence.trials if t.task == task][part::2]
+            for task in evidence.residual.tasks
         ]
         if all(chosen):
             halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
@@ -345,13 +348,13 @@ def _halves(evidence: Evidence) -> list[np.ndarray]:
 def _gap(
     evidence: Evidence, is_there: Presence, fits: Sequence[Fit], records: Records, seed: int
 ) -> Gap:
-    c = evidence.comparison
+    c = evidence.residual
     emg = (
         [
             np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
             for task in c.tasks
         ]
-        if records.recorder.channels
+        if records.sensors.channels
         else []
     )
     families = len({(e.side, e.family) for e in evidence.effects})
@@ -363,7 +366,7 @@ def _gap(
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
         size=gap_size(c, sides(c, records), seed),
-        no_cost=no_cost(evidence.responses, emg, records.recorder),
+        no_cost=no_cost(evidence.signatures, emg, records.sensors),
         smallest_detectable=detectability.smallest_detectable(fits, c, families),
     )
 
@@ -377,7 +380,7 @@ def _robustness(
     """
     if not present:
         return None, []
-    c, error = evidence.comparison, evidence.settings.signature_error
+    c, error = evidence.residual, evidence.settings.signature_error
     weighing = evidence.prior, evidence.settings.temperature
     cells = {f"signature error x {factor}": (c, factor * error) for factor in (0.5, 1.0, 2.0)}
     for factor in (0.5, 2.0):
@@ -385,12 +388,12 @@ def _robustness(
     for task in c.tasks if len(c.tasks) > 1 else ():
         cells[f"without {task}"] = (c.part([other for other in c.tasks if other != task]), error)
     alone = [f for f in judged.fits if len(f.hypothesis.effects) == 1]
-    rivals = posterior.most_probable(alone, *weighing, judged.squares, RIVALS)
+    less_probable = posterior.most_probable(alone, *weighing, judged.squares, COMPARED_VARIANTS)
     family = [(e.side, e.family) for e in judged.best.hypothesis.effects]
     rows = []
     for name, (variant, relative) in cells.items():
         kept = c.rows(variant.tasks)
-        again = [fit(rival.hypothesis.part(kept), variant, relative) for rival in rivals]
+        again = [fit(rival.hypothesis.part(kept), variant, relative) for rival in less_probable]
         squares = _squares(variant, judged.squares.excess)
         [first] = posterior.most_probable(again, *weighing, squares, 1)
         [winner] = first.hypothesis.effects

@@ -67,7 +67,7 @@ class Size:
 
 
 @dataclass(frozen=True)
-class NoCost:
+class Feasibility:
     """Whether any activations in [0, 1] reach the data, and in how many frames none do [%]."""
 
     tested: bool
@@ -96,7 +96,7 @@ class Gap:
     threshold: float
     floor_source: str
     size: Size
-    no_cost: NoCost
+    no_cost: Feasibility
     smallest_detectable: tuple[Detectable, ...]
 
 

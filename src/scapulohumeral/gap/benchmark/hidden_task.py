@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap.assembly import effects_of, tells_habits
+from scapulohumeral.gap.assembly import effects_of, emg_tells_bias
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.curve_files import read_table
@@ -34,11 +34,11 @@ from scapulohumeral.gap.recording.movement_window import movement_window
 from scapulohumeral.gap.recording.observables import channel_kind, difference, phase_functions
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
 from scapulohumeral.gap.residual.noise import total_covariance
-from scapulohumeral.gap.residual.residual import Comparison, compress
+from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
-from scapulohumeral.gap.signatures.of_tasks import FIRMNESS, respond
-from scapulohumeral.gap.signatures.resolve import Resolve, kept_movement, recorded_change
+from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, task_signatures
+from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
 
 log = logging.getLogger(__name__)
 
@@ -117,31 +117,31 @@ def _compared(
     errors: pd.Series,
     model: ParticipantModel,
     settings: GapSettings,
-) -> tuple[Comparison, np.ndarray]:
+) -> tuple[Residual, np.ndarray]:
     """The difference on the hidden task, and the change (D,) that a candidate predicts.
 
     `factors` has effects as rows and channels as columns, `errors` what the diagnosis found of
     person and sessions.
     """
-    firmness, share = float(errors["firmness"]), float(errors["session_share"])
+    stiffness, share = float(errors["stiffness"]), float(errors["session_share"])
     effects = _ordered(effects_of(case, model, settings), candidate)
     records = read_records(case, model, settings, [])
     unseen = read_records(hidden, model, settings, [])
     [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
-    habits = tells_habits(case, records)
-    response = respond("hidden", anchor, model, effects, records.recorder, settings, habits)
+    habits = emg_tells_bias(case, records)
+    of_task = task_signatures("hidden", anchor, model, effects, records.sensors, settings, habits)
     spread, base = None, anchor
     if not records.reference:
-        response, base = response.of_residual(), response.nominal
+        of_task, base = of_task.of_residual(), of_task.nominal
         spread = (settings.model, records.channels)
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
     # As exact as the difference between means of the visible trials of one task.
     sides = [trials for trials in (case.test, case.reference) if trials]
     repeats = noise.covariance * sum(len(records.test) / len(trials) for trials in sides)
-    comparison = Comparison(
+    residual = Residual(
         delta=compress([difference(test, base)], functions),
-        covariance=total_covariance(repeats, [response], functions, spread, share),
+        covariance=total_covariance(repeats, [of_task], functions, spread, share),
         noise=repeats,
         functions=functions,
         tasks=("hidden",),
@@ -149,18 +149,18 @@ def _compared(
         degrees=noise.worth,
     )
     values = iter([parameter["value"] for parameter in candidate["parameters"]])
-    change = np.zeros_like(comparison.delta)
-    slopes = response.effects[FIRMNESS.index(firmness)]
+    change = np.zeros_like(residual.delta)
+    slopes = of_task.effects[STIFFNESSES.index(stiffness)]
     for effect, slope in zip(effects, slopes, strict=True):
         x = np.array([p.internal(next(values)) for p in effect.params])
         if not records.reference:
             own = np.tensordot(x, slope, 1)
         elif effect.changes_body:
-            move = kept_movement(model, response, firmness, settings)
-            resolve = Resolve(move, response, records.recorder, settings.iterations)
-            own = resolve.solved(effect, x, response.point)[0]
+            move = stiffened_movement(model, of_task, stiffness, settings)
+            resolve = Resolve(move, of_task, records.sensors, settings.iterations)
+            own = resolve.solved(effect, x, of_task.point)[0]
         else:
-            own = recorded_change(effect, x, response)[0]
+            own = recorded_change(effect, x, of_task)[0]
         of_person = factors.loc[effect.label, list(records.channels)].to_numpy()
         change += compress([of_person * own], functions)
-    return comparison, change
+    return residual, change

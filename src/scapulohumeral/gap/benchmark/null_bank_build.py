@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.assembly import gather
+from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.detection.null_bank import NullCase, Probe, write_bank
-from scapulohumeral.gap.detection.presence import effect_shaped, shows
+from scapulohumeral.gap.detection.presence import difference_map, effect_shaped
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.nominal.participant_model import (
     ModelSettings,
@@ -114,7 +114,7 @@ def _all_rows(case: Case, model: ParticipantModel, settings: GapSettings) -> lis
 def null_cases(case: Case, model: ParticipantModel, settings: GapSettings) -> list[NullCase]:
     """Rows of one effect-free case: as it is, and without its EMG, its joint force, or both."""
     records = read_records(case, model, settings, [])
-    evidence = gather(case, records, model, settings, [])
+    evidence = assemble(case, records, model, settings, [])
     emg = (True, False) if case.channels else (False,)
     contact = (True, False) if case.has_contact else (False,)
     return [_row(evidence, *kind, case, settings) for kind in product(emg, contact)]
@@ -124,11 +124,11 @@ def _row(
     evidence: Evidence, emg: bool, contact: bool, case: Case, settings: GapSettings
 ) -> NullCase:
     """Both test values over their thresholds, with or without EMG and joint force."""
-    whole = evidence.comparison
+    whole = evidence.residual
     channels = channel_names(case.channels if emg else (), contact)
     rows, part = whole.channel_rows(channels), whole.only(channels)
     slopes = [f.hypothesis.slope[rows] for f in evidence.screened]
-    found = shows(part, settings.alpha / 2.0, 1.0, case.seed)
+    found = difference_map(part, settings.alpha / 2.0, 1.0, case.seed)
     value, null = effect_shaped(part, slopes, case.seed)
     threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))
     over = round(found.value / found.threshold, 4), round(value / threshold, 4)

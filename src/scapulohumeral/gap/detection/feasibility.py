@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import linprog
 
-from scapulohumeral.gap.recording.observables import Recorder
-from scapulohumeral.gap.result import NoCost
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.recording.observables import SensorSetup
+from scapulohumeral.gap.result import Feasibility
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 # EMG may have this error, and this factor to either side for its gain.
 EMG_ERROR, EMG_GAIN = 0.05, 1.6
@@ -22,28 +22,30 @@ FRAMES = 12
 
 
 def no_cost(
-    responses: Sequence[Response], recorded: Sequence[np.ndarray], recorder: Recorder
-) -> NoCost:
+    signatures: Sequence[TaskSignatures], recorded: Sequence[np.ndarray], sensors: SensorSetup
+) -> Feasibility:
     """Whether any activations in [0, 1], whatever their cost, balance the motion and show this EMG.
 
     Parameters
     ----------
-    responses : nominal solutions
+    signatures : nominal solutions
     recorded : (N, C) mean EMG of the test trials of each task
-    recorder : electrodes
+    sensors : electrodes
     """
-    if not recorder.channels:
-        return NoCost(False, None)
+    if not sensors.channels:
+        return Feasibility(False, None)
     infeasible = []
-    for response, emg in zip(responses, recorded, strict=True):
+    for of_task, emg in zip(signatures, recorded, strict=True):
         middle = 0.5 * (emg[1:] + emg[:-1])
         for i in np.unique(np.linspace(0, len(middle) - 1, FRAMES).astype(int)):
-            missing = _missing(response.levers[i], response.needed[i], recorder, middle[i])
+            missing = _missing(of_task.levers[i], of_task.needed[i], sensors, middle[i])
             infeasible.append(missing > BALANCED_NM)
-    return NoCost(True, float(100.0 * np.mean(infeasible)))
+    return Feasibility(True, float(100.0 * np.mean(infeasible)))
 
 
-def _missing(levers: np.ndarray, needed: np.ndarray, recorder: Recorder, emg: np.ndarray) -> float:
+def _missing(
+    levers: np.ndarray, needed: np.ndarray, sensors: SensorSetup, emg: np.ndarray
+) -> float:
     """Least sum of generalised forces [N m] that activations with this EMG leave unbalanced."""
     muscles = levers.shape[1]
     slack = np.hstack([np.eye(len(needed)), -np.eye(len(needed))])
@@ -51,7 +53,7 @@ def _missing(levers: np.ndarray, needed: np.ndarray, recorder: Recorder, emg: np
     solved = linprog(
         np.concatenate([np.zeros(muscles), np.ones(slack.shape[1])]),
         A_ub=np.vstack(
-            [np.hstack([recorder.electrodes, none]), np.hstack([-recorder.electrodes, none])]
+            [np.hstack([sensors.electrodes, none]), np.hstack([-sensors.electrodes, none])]
         ),
         b_ub=np.concatenate(
             [np.clip(EMG_GAIN * emg + EMG_ERROR, 0.0, None), EMG_ERROR - emg / EMG_GAIN]

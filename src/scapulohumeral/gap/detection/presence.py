@@ -16,13 +16,13 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.residual.noise import draws
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 DRAWS = 2000
 
 
 @dataclass(frozen=True, eq=False)
-class Shows:
+class DifferenceMap:
     """Map of where the gap shows.
 
     Attributes
@@ -67,23 +67,23 @@ class Presence:
     threshold: float
 
 
-def shows(comparison: Comparison, alpha: float, inflation: float, seed: int) -> Shows:
+def difference_map(residual: Residual, alpha: float, inflation: float, seed: int) -> DifferenceMap:
     """Difference over standard error, with a family-wise threshold simulated from the noise.
 
     Parameters
     ----------
-    comparison : difference and noise
+    residual : difference and noise
     alpha : family-wise error
     inflation : factor on the simulated threshold, from effect-free cases
     seed : of the simulation
     """
-    sigma, largest = z_values(comparison, comparison.delta)
+    sigma, largest = z_values(residual, residual.delta)
     null = inflation * np.array(
-        [z_values(comparison, one)[1] for one in draws(comparison, DRAWS, seed).T]
+        [z_values(residual, one)[1] for one in draws(residual, DRAWS, seed).T]
     )
-    return Shows(
+    return DifferenceMap(
         sigma=sigma,
-        effect=comparison.curves(comparison.delta).mean(axis=0),
+        effect=residual.curves(residual.delta).mean(axis=0),
         value=largest,
         threshold=float(np.quantile(null, 1.0 - alpha)),
         p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
@@ -92,8 +92,8 @@ def shows(comparison: Comparison, alpha: float, inflation: float, seed: int) -> 
 
 
 def presence(
-    comparison: Comparison,
-    found: Shows,
+    residual: Residual,
+    found: DifferenceMap,
     slopes: Sequence[np.ndarray],
     alpha: float,
     inflation: float,
@@ -109,7 +109,7 @@ def presence(
     slopes : (D, P) of each effect
     alpha, inflation, seed : as for :func:`shows`
     """
-    value, null = effect_shaped(comparison, slopes, seed)
+    value, null = effect_shaped(residual, slopes, seed)
     rest = inflation * null
     p_value = float((1 + np.sum(rest >= value)) / (1 + DRAWS))
     threshold = float(np.quantile(rest, 1.0 - 0.5 * alpha))
@@ -120,7 +120,7 @@ def presence(
 
 
 def effect_shaped(
-    comparison: Comparison, slopes: Sequence[np.ndarray], seed: int
+    residual: Residual, slopes: Sequence[np.ndarray], seed: int
 ) -> tuple[float, np.ndarray]:
     """Largest part of the difference that has the shape of any effect, as a z value.
 
@@ -128,9 +128,9 @@ def effect_shaped(
     -------
     value : of the difference; null : (draws,) without any effect
     """
-    bases = [np.linalg.qr(comparison.whiten(slope))[0] for slope in slopes if np.any(slope)]
-    null = comparison.whiten(draws(comparison, DRAWS, seed))
-    columns = np.column_stack([comparison.whiten(comparison.delta), null])
+    bases = [np.linalg.qr(residual.whiten(slope))[0] for slope in slopes if np.any(slope)]
+    null = residual.whiten(draws(residual, DRAWS, seed))
+    columns = np.column_stack([residual.whiten(residual.delta), null])
     lengths = [
         norm.isf(np.maximum(chi2.sf(np.sum((b.T @ columns) ** 2, axis=0), b.shape[1]), 1e-300))
         for b in bases
@@ -139,8 +139,8 @@ def effect_shaped(
     return float(largest[0]), largest[1:]
 
 
-def z_values(comparison: Comparison, vector: np.ndarray) -> tuple[np.ndarray, float]:
+def z_values(residual: Residual, vector: np.ndarray) -> tuple[np.ndarray, float]:
     """z values over all tasks (N, K), and the largest of these and of single tasks."""
-    z = comparison.curves(vector) / comparison.spread
+    z = residual.curves(vector) / residual.spread
     joint = z.sum(axis=0) / np.sqrt(len(z))
     return joint, float(max(np.abs(z).max(), np.abs(joint).max()))

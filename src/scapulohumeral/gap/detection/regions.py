@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scapulohumeral.gap.detection.presence import DRAWS, Shows, z_values
+from scapulohumeral.gap.detection.presence import DRAWS, DifferenceMap, z_values
 from scapulohumeral.gap.recording.observables import channel_unit
-from scapulohumeral.gap.residual.residual import Comparison
-from scapulohumeral.gap.residual.unknown_input import Disturbances, most_probable
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable
 from scapulohumeral.gap.result import Entered, Shown
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 
@@ -38,7 +38,7 @@ class EnteringCurve(NamedTuple):
 
 
 def shown_regions(
-    found: Shows, comparison: Comparison, halves: Sequence[np.ndarray]
+    found: DifferenceMap, residual: Residual, halves: Sequence[np.ndarray]
 ) -> tuple[Shown, ...]:
     """Phases in which channels stand out, the largest region first.
 
@@ -47,12 +47,12 @@ def shown_regions(
 
     Parameters
     ----------
-    found, comparison : map and difference
+    found, residual : map and difference
     halves : (D,) differences of two halves of the test trials, fewer with one trial
     """
-    split = _split(comparison, halves)
+    split = _split(residual, halves)
     regions = []
-    for k, channel in enumerate(comparison.channels):
+    for k, channel in enumerate(residual.channels):
         sigma = found.sigma[:, k]
         for run in _shown_runs(found, k):
             peak = _peak(sigma, run)
@@ -74,16 +74,16 @@ def shown_regions(
 
 
 def repeated_points(
-    found: Shows, comparison: Comparison, halves: Sequence[np.ndarray]
+    found: DifferenceMap, residual: Residual, halves: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Whether the region that a point belongs to is found in both halves, (N, K) of objects.
 
     None outside of regions, and everywhere without two halves. Arguments are those of
     :func:`shown_regions`, whose regions they are.
     """
-    split = _split(comparison, halves)
+    split = _split(residual, halves)
     points = np.full(found.sigma.shape, None, dtype=object)
-    for k in range(len(comparison.channels)):
+    for k in range(len(residual.channels)):
         sigma = found.sigma[:, k]
         for run in _shown_runs(found, k):
             peak = sigma[_peak(sigma, run)]
@@ -92,8 +92,8 @@ def repeated_points(
 
 
 def entered_regions(
-    comparison: Comparison,
-    boxes: Disturbances,
+    residual: Residual,
+    unknown_inputs: UnknownInputs,
     halves: Sequence[np.ndarray],
     alpha: float,
     seed: int,
@@ -102,8 +102,8 @@ def entered_regions(
 
     Parameters
     ----------
-    comparison, halves : as for :func:`shown_regions`
-    boxes : forces and errors
+    residual, halves : as for :func:`shown_regions`
+    unknown_inputs : forces and errors
     alpha : family-wise error; seed : of what is simulated without any
 
     Returns
@@ -111,15 +111,15 @@ def entered_regions(
     regions
     rows : the map
     """
-    gain = most_probable(comparison, boxes.columns)
-    estimate = gain @ comparison.whiten(comparison.delta)
-    without = gain @ np.random.default_rng(seed).normal(size=(len(comparison.delta), DRAWS))
-    tasks = len(comparison.tasks)
-    curves = _mean_curves(estimate[:, None], boxes, tasks)[..., 0]
-    null = _mean_curves(without, boxes, tasks)
+    gain = most_probable(residual, unknown_inputs.columns)
+    estimate = gain @ residual.whiten(residual.delta)
+    without = gain @ np.random.default_rng(seed).normal(size=(len(residual.delta), DRAWS))
+    tasks = len(residual.tasks)
+    curves = _mean_curves(estimate[:, None], unknown_inputs, tasks)[..., 0]
+    null = _mean_curves(without, unknown_inputs, tasks)
     spread = null.std(axis=2)
     split = [
-        _mean_curves((gain @ comparison.whiten(half))[:, None], boxes, tasks)[..., 0]
+        _mean_curves((gain @ residual.whiten(half))[:, None], unknown_inputs, tasks)[..., 0]
         / (np.sqrt(2.0) * spread)
         for half in halves
     ]
@@ -133,7 +133,7 @@ def entered_regions(
             threshold=threshold * float(spread[i].mean()),
             unit="N m" if kind == "dof" else "fraction_of_mvc",
         )
-        for i, (kind, name) in enumerate(boxes.names)
+        for i, (kind, name) in enumerate(unknown_inputs.names)
     ]
     regions = []
     for i, row in enumerate(rows):
@@ -155,18 +155,18 @@ def entered_regions(
     return _shared(regions), rows
 
 
-def _mean_curves(values: np.ndarray, boxes: Disturbances, tasks: int) -> np.ndarray:
+def _mean_curves(values: np.ndarray, unknown_inputs: UnknownInputs, tasks: int) -> np.ndarray:
     """Curves (names, N, draws) of disturbances (S, draws), averaged over tasks."""
-    mean = values.reshape(tasks, len(boxes.names), SMOOTH, -1).mean(axis=0)
-    return np.stack([shape @ part for shape, part in zip(boxes.shapes, mean, strict=True)])
+    mean = values.reshape(tasks, len(unknown_inputs.names), SMOOTH, -1).mean(axis=0)
+    return np.stack([shape @ part for shape, part in zip(unknown_inputs.shapes, mean, strict=True)])
 
 
-def _split(comparison: Comparison, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
+def _split(residual: Residual, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
     """z values (N, K) of each half, whose mean over trials is less certain than that of all."""
-    return [z_values(comparison, half)[0] / np.sqrt(2.0) for half in halves]
+    return [z_values(residual, half)[0] / np.sqrt(2.0) for half in halves]
 
 
-def _shown_runs(found: Shows, channel: int) -> list[slice]:
+def _shown_runs(found: DifferenceMap, channel: int) -> list[slice]:
     """Runs of nodes of a channel that are regions."""
     threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
     return _runs(found.sigma[:, channel], threshold)

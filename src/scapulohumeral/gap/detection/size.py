@@ -12,7 +12,7 @@ from scipy.stats import bootstrap, norm, t
 
 from scapulohumeral.gap.recording.observables import difference
 from scapulohumeral.gap.residual.differences import Records
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Size
 
 RESAMPLES = 2000
@@ -27,21 +27,21 @@ NO_INTERVAL = (
 Side = Mapping[str, np.ndarray]
 
 
-def sides(comparison: Comparison, records: Records) -> list[Side]:
+def sides(residual: Residual, records: Records) -> list[Side]:
     """Trials behind a comparison, about anything: only how they differ among each other counts."""
     return [
         {
-            task: comparison.compress(
+            task: residual.compress(
                 [np.stack([difference(one, records.anchors[task]) for one in side[task]])]
             ).T
-            for task in comparison.tasks
+            for task in residual.tasks
         }
         for side in (records.test, records.reference)
         if side
     ]
 
 
-def gap_size(comparison: Comparison, trials: Sequence[Side], seed: int) -> Size:
+def gap_size(residual: Residual, trials: Sequence[Side], seed: int) -> Size:
     """Root mean square of the whitened difference beyond what is expected without any effect.
 
     With w the whitened difference, ``sqrt(max(|w|^2 / D - 1, 0))``: every coefficient counts, none
@@ -50,14 +50,14 @@ def gap_size(comparison: Comparison, trials: Sequence[Side], seed: int) -> Size:
 
     Parameters
     ----------
-    comparison : mean difference and its covariance
+    residual : mean difference and its covariance
     trials : of the test side, and of the reference side if there is one; see :func:`sides`
     seed : of the bootstrap
     """
-    white = comparison.whiten(comparison.delta)
+    white = residual.whiten(residual.delta)
     excess = float(white @ white) / len(white) - 1.0
     groups = [
-        _influence(comparison, white, task, coefficients)
+        _influence(residual, white, task, coefficients)
         for side in trials
         for task, coefficients in side.items()
     ]
@@ -74,7 +74,7 @@ def gap_size(comparison: Comparison, trials: Sequence[Side], seed: int) -> Size:
 
 
 def _influence(
-    comparison: Comparison, white: np.ndarray, task: str, coefficients: np.ndarray
+    residual: Residual, white: np.ndarray, task: str, coefficients: np.ndarray
 ) -> np.ndarray:
     """By how much each trial (L,) moves the excess, were it the mean of its group.
 
@@ -84,8 +84,8 @@ def _influence(
     # Deviations from a mean of their own are too small by this factor.
     grown = np.sqrt(len(coefficients) / max(len(coefficients) - 1.0, 1.0))
     whole = np.zeros((len(white), len(coefficients)))
-    whole[comparison.rows([task])] = grown * (coefficients - coefficients.mean(axis=0)).T
-    return 2.0 * white @ comparison.whiten(whole) / len(white)
+    whole[residual.rows([task])] = grown * (coefficients - coefficients.mean(axis=0)).T
+    return 2.0 * white @ residual.whiten(whole) / len(white)
 
 
 def _mean_sum(*groups: np.ndarray, axis: int = -1) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.effects.body import Body
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 
@@ -145,7 +145,7 @@ class Effect:
         """The body with the effect of values (P,)."""
         return body
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """What is recorded with the effect of values (P,)."""
         return observed
 

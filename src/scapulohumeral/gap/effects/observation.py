@@ -11,7 +11,7 @@ from scapulohumeral.model.rotations import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Observed:
+class Observation:
     """What is recorded of one movement, at equal steps of phase.
 
     Attributes

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
 from scapulohumeral.gap.effects.frames import elevation, turn_frame
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 # Skin-based sensors hold to the bone below 60 deg; from there the error sets in without a kink and
@@ -35,7 +35,7 @@ class ScapulaSta(Effect):
     `tilt_deg` is posterior tilt, `internal_deg` internal rotation.
     """
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Turn the scapula by the share that the elevation of the arm asks for."""
         share = sliding(elevation(observed.pose)) / sliding(FULL_RAD)
         turns = share[:, None] * np.asarray(values)[IN_SEQUENCE]

@@ -14,43 +14,43 @@ import numpy as np
 
 from scapulohumeral.gap.curve_files import BaselinesRow
 from scapulohumeral.gap.isolation.hypothesis import Fit, strongest
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 
 def baseline_labels(
-    comparison: Comparison, screened: Sequence[Fit], prior: Mapping[str, float]
+    residual: Residual, screened: Sequence[Fit], prior: Mapping[str, float]
 ) -> list[BaselinesRow]:
     """Method and label of each: cosine, BIC of single samples, screening without solving again.
 
     Parameters
     ----------
-    comparison : difference to explain
+    residual : difference to explain
     screened : all effects fitted to derivatives at the nominal solutions
     prior : of their labels
     """
     named = {
-        "cosine": max(screened, key=lambda f: _cosine(comparison, f)),
-        "per_sample_bic": min(screened, key=lambda f: _sample_bic(comparison, f)),
+        "cosine": max(screened, key=lambda f: _cosine(residual, f)),
+        "per_sample_bic": min(screened, key=lambda f: _sample_bic(residual, f)),
         "screening": strongest(screened, dict(prior), 1)[0],
     }
     return [BaselinesRow(method=method, label=first.label) for method, first in named.items()]
 
 
-def _samples(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
+def _samples(residual: Residual, vector: np.ndarray) -> np.ndarray:
     """Curves over their standard deviations, as if every sample (T N K,) stood for itself."""
-    return (comparison.curves(vector) / comparison.spread).ravel()
+    return (residual.curves(vector) / residual.spread).ravel()
 
 
-def _cosine(comparison: Comparison, fitted: Fit) -> float:
+def _cosine(residual: Residual, fitted: Fit) -> float:
     """Cosine of the difference and the signature of the primary amplitude."""
-    one = _samples(comparison, comparison.delta)
-    other = _samples(comparison, fitted.hypothesis.slope[:, 0])
+    one = _samples(residual, residual.delta)
+    other = _samples(residual, fitted.hypothesis.slope[:, 0])
     return abs(float(one @ other)) / max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-12)
 
 
-def _sample_bic(comparison: Comparison, fitted: Fit) -> float:
+def _sample_bic(residual: Residual, fitted: Fit) -> float:
     """Bayesian information criterion with as many observations as samples."""
-    target = _samples(comparison, comparison.delta)
-    columns = np.stack([_samples(comparison, column) for column in fitted.hypothesis.slope.T], 1)
+    target = _samples(residual, residual.delta)
+    columns = np.stack([_samples(residual, column) for column in fitted.hypothesis.slope.T], 1)
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
     return len(target) * np.log(float(left @ left)) + columns.shape[1] * np.log(len(target))

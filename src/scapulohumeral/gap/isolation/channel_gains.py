@@ -13,8 +13,8 @@ import numpy as np
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.isolation.model_error import PERSON_FACTOR, SignatureError
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.isolation.model_error import COMMON_FACTOR, SignatureError
+from scapulohumeral.gap.residual.residual import Residual
 
 # Where a parameter's variance is a smaller share than this of its prior variance, its estimate is
 # freed of the prior, by a factor of 1.5 at most.
@@ -32,7 +32,7 @@ def freed_of_prior(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
     return np.clip(stretch * fitted.x, *fitted.hypothesis.bounds), stretch * variance
 
 
-def person_factors(fitted: Fit, comparison: Comparison, relative_error: float) -> np.ndarray:
+def gain_factors(fitted: Fit, residual: Residual, relative_error: float) -> np.ndarray:
     """Factors (E, K) on the change that each effect makes in each channel, the most probable ones.
 
     They belong to the parameters that are freed of their prior.
@@ -42,17 +42,17 @@ def person_factors(fitted: Fit, comparison: Comparison, relative_error: float) -
     Parameters
     ----------
     fitted : hypothesis, fitted to the comparison
-    comparison : differences of one or more tasks
+    residual : differences of one or more tasks
     relative_error : of predicted changes
     """
     hypothesis, (x, _) = fitted.hypothesis, freed_of_prior(fitted)
-    error = hypothesis.error(x, comparison, relative_error)
+    error = hypothesis.error(x, residual, relative_error)
     changes = hypothesis.changes(x)
-    left = comparison.delta - changes.sum(axis=1)
-    factors = np.ones((len(hypothesis.effects), len(comparison.channels)))
+    left = residual.delta - changes.sum(axis=1)
+    factors = np.ones((len(hypothesis.effects), len(residual.channels)))
     for i, effect in enumerate(hypothesis.effects):
         if effect.changes_body:
-            factors[i] = channel_factors(changes[:, i], left, error, comparison, relative_error)
+            factors[i] = channel_factors(changes[:, i], left, error, residual, relative_error)
     return factors
 
 
@@ -60,7 +60,7 @@ def channel_factors(
     change: np.ndarray,
     left: np.ndarray,
     error: SignatureError,
-    comparison: Comparison,
+    residual: Residual,
     relative_error: float,
 ) -> np.ndarray:
     """Most probable factors (K,) on a change (D,).
@@ -69,20 +69,20 @@ def channel_factors(
     ----------
     change : predicted; left : (D,) what it leaves of the difference
     error : of the prediction
-    comparison : what is explained; relative_error : of predicted changes
+    residual : what is explained; relative_error : of predicted changes
     """
-    columns = comparison.white_by_channel_of_all_tasks(change)
-    sd = PERSON_FACTOR * relative_error
-    return np.maximum(1.0 + sd**2 * columns.T @ error.solve(comparison.whiten(left)), 0.0)
+    columns = residual.white_by_channel_of_all_tasks(change)
+    sd = COMMON_FACTOR * relative_error
+    return np.maximum(1.0 + sd**2 * columns.T @ error.solve(residual.whiten(left)), 0.0)
 
 
-def person_change(
-    hypothesis: Hypothesis, training: Comparison, whole: Comparison, relative_error: float
+def predicted_change(
+    hypothesis: Hypothesis, training: Residual, whole: Residual, relative_error: float
 ) -> np.ndarray:
     """Change (D,) of all tasks, with parameters and factors from some of them."""
     rows = whole.rows(training.tasks)
     fitted = fit(hypothesis.part(rows), training, relative_error)
-    factors = person_factors(fitted, training, relative_error)
+    factors = gain_factors(fitted, training, relative_error)
     x, _ = freed_of_prior(fitted)
     changes = hypothesis.changes(x).T
     return sum(
@@ -92,9 +92,9 @@ def person_change(
 
 
 def expected_left(
-    hypothesis: Hypothesis, training: Comparison, whole: Comparison, relative_error: float
+    hypothesis: Hypothesis, training: Residual, whole: Residual, relative_error: float
 ) -> np.ndarray:
-    """Covariance of what :func:`person_change` leaves of tasks not trained on, noise included.
+    """Covariance of what :func:`predicted_change` leaves of tasks not trained on, noise included.
 
     As far as errors of the prediction are alike in all tasks, the trained ones have told them.
     """

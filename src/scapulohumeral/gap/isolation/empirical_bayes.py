@@ -18,13 +18,13 @@ from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.pairs import paired
-from scapulohumeral.gap.recording.observables import Recorder
+from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.noise import Noise, total_covariance
-from scapulohumeral.gap.residual.residual import Comparison
-from scapulohumeral.gap.residual.unknown_input import Disturbances, black_box_evidence
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, unknown_input_evidence
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +35,7 @@ DENSITY = attrgetter("density")
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
-# Units of log density within which another firmness is kept beside the most probable one: what
+# Units of log density within which another stiffness is kept beside the most probable one: what
 # decides between them may be known only once the strongest effects are solved again.
 CLOSE = 3.0
 
@@ -46,36 +46,36 @@ class Evidence:
 
     Attributes
     ----------
-    comparison : difference to explain; trials : of single test trials
+    residual : difference to explain; trials : of single test trials
     noise : between repeats
     effects, prior : the library and the prior of its labels, alone and in pairs
-    recorder : what is recorded
-    responses : nominal solutions
-    boxes : smooth disturbances
+    sensors : what is recorded
+    signatures : nominal solutions
+    unknown_inputs : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
-    persons : all effects fitted to derivatives at the nominal solutions, for each firmness with
+    fits_by_stiffness : all effects fitted to derivatives at the nominal solutions, for each stiffness with
         which the person may keep the movement, the most probable first
     """
 
-    comparison: Comparison
+    residual: Residual
     trials: tuple[TrialDifference, ...]
     noise: Noise
     effects: tuple[Effect, ...]
     prior: dict[str, float]
-    recorder: Recorder
-    responses: tuple[Response, ...]
-    boxes: Disturbances
+    sensors: SensorSetup
+    signatures: tuple[TaskSignatures, ...]
+    unknown_inputs: UnknownInputs
     referenced: bool
     session_share: float
     settings: GapSettings
-    persons: tuple[tuple[Fit, ...], ...]
+    fits_by_stiffness: tuple[tuple[Fit, ...], ...]
 
     @property
     def screened(self) -> tuple[Fit, ...]:
         """Fits of all effects on the most probable person."""
-        return self.persons[0]
+        return self.fits_by_stiffness[0]
 
 
 def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ...]]) -> Evidence:
@@ -83,7 +83,7 @@ def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ..
 
     Parameters
     ----------
-    evidence : without effects; known : effects by firmness. Without reference trials that is the
+    evidence : without effects; known : effects by stiffness. Without reference trials that is the
         loosest: the prediction follows the recording, however firmly that was kept
 
     Notes
@@ -110,13 +110,13 @@ def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ..
         tried.append(first)
     best, *less = sorted(tried, key=DENSITY, reverse=True)
     found = best.evidence
-    rivals = (
+    less_probable = (
         _screened(found, [f.hypothesis for f in one.evidence.screened])
         for one in less
         if one.density > best.density - CLOSE
     )
-    singles = (replace(t, comparison=_supposed(found, t.comparison)) for t in found.trials)
-    return replace(found, trials=tuple(singles), persons=(found.screened, *rivals))
+    singles = (replace(t, residual=_supposed(found, t.residual)) for t in found.trials)
+    return replace(found, trials=tuple(singles), fits_by_stiffness=(found.screened, *less_probable))
 
 
 class _Tried(NamedTuple):
@@ -137,26 +137,26 @@ def _tried(
             evidence.settings, signature_error=error * evidence.settings.signature_error
         ),
     )
-    supposed = replace(evidence, comparison=_supposed(evidence, evidence.comparison))
-    supposed = replace(supposed, persons=(_screened(supposed, hypotheses),))
+    supposed = replace(evidence, residual=_supposed(evidence, evidence.residual))
+    supposed = replace(supposed, fits_by_stiffness=(_screened(supposed, hypotheses),))
     found = _Tried(_density(supposed), supposed)
-    firmness = hypotheses[0].firmness
-    log.info("firmness %g, session %g, error %g: %.1f", firmness, session, error, found.density)
+    stiffness = hypotheses[0].stiffness
+    log.info("stiffness %g, session %g, error %g: %.1f", stiffness, session, error, found.density)
     return found
 
 
 def _screened(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> tuple[Fit, ...]:
     """Effects fitted to derivatives at the nominal solutions."""
     error = evidence.settings.signature_error
-    return tuple(fit(hypothesis, evidence.comparison, error) for hypothesis in hypotheses)
+    return tuple(fit(hypothesis, evidence.residual, error) for hypothesis in hypotheses)
 
 
-def _supposed(evidence: Evidence, c: Comparison) -> Comparison:
+def _supposed(evidence: Evidence, c: Residual) -> Residual:
     """A comparison with what sessions change, and without reference the model's own error."""
     model = None if evidence.referenced else (evidence.settings.model, c.channels)
-    responses = [r for r in evidence.responses if r.task in c.tasks]
+    signatures = [r for r in evidence.signatures if r.task in c.tasks]
     share = evidence.session_share
-    covariance = total_covariance(c.noise, responses, c.functions, model, share)
+    covariance = total_covariance(c.noise, signatures, c.functions, model, share)
     return replace(c, covariance=covariance)
 
 
@@ -165,11 +165,13 @@ def _density(evidence: Evidence) -> float:
 
     Pairs are among them, or what one of two effects leaves would count as an error.
     """
-    c, settings = evidence.comparison, evidence.settings
+    c, settings = evidence.residual, evidence.settings
     pairs = paired(evidence.screened, evidence.prior, c, settings.signature_error)
     known = [*evidence.screened, *pairs]
     logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in known]
-    logs.append(black_box_evidence(c, evidence.boxes.columns) + np.log(settings.prior_none))
+    logs.append(
+        unknown_input_evidence(c, evidence.unknown_inputs.columns) + np.log(settings.prior_none)
+    )
     logs.append(no_gap_evidence(c) + np.log(settings.prior_no_gap))
     _, logdet = np.linalg.slogdet(c.covariance)
     return float(logsumexp(logs) - 0.5 * logdet)

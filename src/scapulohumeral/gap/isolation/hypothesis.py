@@ -13,7 +13,7 @@ import numpy as np
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.model_error import SignatureError, change_error, own_error
 from scapulohumeral.gap.labels import JOIN
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +25,14 @@ class Hypothesis:
     effects : one, or the two of a pair
     at : (P,) internal parameters of the linearisation
     value : (D, E) change that each effect makes there; slope : (D, P) per unit of a parameter
-    firmness : with which the person keeps the movement against the effects
+    stiffness : with which the person keeps the movement against the effects
     """
 
     effects: tuple[Effect, ...]
     at: np.ndarray
     value: np.ndarray
     slope: np.ndarray
-    firmness: float
+    stiffness: float
 
     @property
     def label(self) -> str:
@@ -70,12 +70,12 @@ class Hypothesis:
         parts = zip(np.split(self.slope, ends, axis=1), np.split(x - self.at, ends), strict=True)
         return self.value + np.stack([slope @ by for slope, by in parts], axis=1)
 
-    def error(self, x: np.ndarray, comparison: Comparison, relative: float) -> SignatureError:
+    def error(self, x: np.ndarray, residual: Residual, relative: float) -> SignatureError:
         """Error of the change predicted at internal parameters (P,), of each effect by itself."""
         covariance = np.zeros((len(self.slope), len(self.slope)))
         for effect, change in zip(self.effects, self.changes(x).T, strict=True):
             share = own_error(effect, relative)
-            covariance += change_error(comparison, change, share, effect.changes_body)
+            covariance += change_error(residual, change, share, effect.changes_body)
         return SignatureError(covariance)
 
     def part(self, rows: np.ndarray) -> Hypothesis:
@@ -123,7 +123,7 @@ def pair(first: Fit, second: Fit) -> Hypothesis:
         at=np.concatenate([one.at, two.at]),
         value=np.hstack([one.value, two.value]),
         slope=np.hstack([one.slope, two.slope]),
-        firmness=one.firmness,
+        stiffness=one.stiffness,
     )
 
 

@@ -11,18 +11,16 @@ from scipy.stats import norm
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.isolation.posterior import Posterior
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import NextTrial
 
 
-def distance(
-    fitted: Fit, other: Hypothesis, comparison: Comparison, relative_error: float
-) -> float:
+def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:
     """How far another hypothesis stays from what a fit predicts, in units of the noise."""
-    target = replace(comparison, delta=fitted.predicted)
+    target = replace(residual, delta=fitted.predicted)
     closest = fit(other, target, 0.0)
-    remaining = comparison.whiten(fitted.predicted - closest.predicted)
-    error = fitted.hypothesis.error(fitted.x, comparison, relative_error)
+    remaining = residual.whiten(fitted.predicted - closest.predicted)
+    error = fitted.hypothesis.error(fitted.x, residual, relative_error)
     return float(np.sqrt(remaining @ error.solve(remaining)))
 
 
@@ -58,7 +56,7 @@ def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
 
 
 def separability(
-    fits: Sequence[Fit], comparison: Comparison, relative_error: float, temperature: float
+    fits: Sequence[Fit], residual: Residual, relative_error: float, temperature: float
 ) -> np.ndarray:
     """Probability that these trials tell two fitted hypotheses apart, symmetric.
 
@@ -71,8 +69,8 @@ def separability(
     for i in range(count):
         for k in range(i):
             d = min(
-                distance(fits[i], fits[k].hypothesis, comparison, relative_error),
-                distance(fits[k], fits[i].hypothesis, comparison, relative_error),
+                distance(fits[i], fits[k].hypothesis, residual, relative_error),
+                distance(fits[k], fits[i].hypothesis, residual, relative_error),
             )
             result[i, k] = result[k, i] = float(norm.cdf(0.5 * d / np.sqrt(temperature)))
     return result
@@ -81,7 +79,7 @@ def separability(
 def next_trial(
     fits: Sequence[Fit],
     group: Sequence[str],
-    comparison: Comparison,
+    residual: Residual,
     relative_error: float,
     temperature: float,
 ) -> NextTrial | None:
@@ -90,7 +88,7 @@ def next_trial(
     Parameters
     ----------
     fits : the most probable first; group : labels of the class of the first
-    comparison : what was explained; relative_error : of predicted changes
+    residual : what was explained; relative_error : of predicted changes
     temperature : as for :func:`posterior`
 
     Returns
@@ -103,13 +101,13 @@ def next_trial(
         return None
 
     def apart(task: str) -> float:
-        rows = np.ix_(comparison.rows([task]), comparison.rows([task]))
-        noise, covariance = comparison.noise.copy(), comparison.covariance.copy()
+        rows = np.ix_(residual.rows([task]), residual.rows([task]))
+        noise, covariance = residual.noise.copy(), residual.covariance.copy()
         noise[rows] *= 0.5
         covariance[rows] -= noise[rows]
-        more = replace(comparison, noise=noise, covariance=covariance)
+        more = replace(residual, noise=noise, covariance=covariance)
         return float(separability(pair, more, relative_error, temperature)[0, 1])
 
-    found = {task: apart(task) for task in comparison.tasks}
+    found = {task: apart(task) for task in residual.tasks}
     best = max(found, key=lambda task: found[task])
     return NextTrial(best, tuple(f.label for f in pair), found[best])

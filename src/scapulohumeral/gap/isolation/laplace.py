@@ -15,22 +15,22 @@ from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.model_error import SignatureError
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 # Least squares are repeated with new errors until parameters change by less than this share of
 # their prior spread, at most so often.
 REWEIGHTINGS, SETTLED = 12, 0.01
 
 
-def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -> Fit:
+def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fit:
     """Most probable parameters inside their bounds, and evidence by Laplace's method."""
     system = _System(
         hypothesis,
-        comparison,
+        residual,
         relative_error,
-        slope=comparison.whiten(hypothesis.slope),
-        target=comparison.whiten(
-            comparison.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
+        slope=residual.whiten(hypothesis.slope),
+        target=residual.whiten(
+            residual.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
         ),
     )
     low, high = hypothesis.bounds
@@ -40,12 +40,12 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
     settled = (system.settled(start) for start in np.unique(starts, axis=0))
     x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
     curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
-    residual = system.residual(x)
-    squares = error.squares(residual)
+    left = system.left(x)
+    squares = error.squares(left)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
-        error.log_density(squares, len(residual))
+        error.log_density(squares, len(left))
         + _log_prior(hypothesis, x)
         + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
@@ -55,8 +55,8 @@ def fit(hypothesis: Hypothesis, comparison: Comparison, relative_error: float) -
         x,
         np.linalg.inv(curvature),
         log_evidence,
-        left=float(residual @ residual),
-        misfit=squares / len(residual),
+        left=float(left @ left),
+        misfit=squares / len(left),
     )
 
 
@@ -66,29 +66,29 @@ class _System:
 
     Attributes
     ----------
-    hypothesis, comparison, relative_error : as for :func:`fit`
+    hypothesis, residual, relative_error : as for :func:`fit`
     slope : (D, P) change per unit of a parameter
     target : (D,) difference to explain, from the origin of the parameters
     """
 
     hypothesis: Hypothesis
-    comparison: Comparison
+    residual: Residual
     relative_error: float
     slope: np.ndarray
     target: np.ndarray
 
     def error(self, x: np.ndarray) -> SignatureError:
         """Error of what parameters (P,) predict."""
-        return self.hypothesis.error(x, self.comparison, self.relative_error)
+        return self.hypothesis.error(x, self.residual, self.relative_error)
 
-    def residual(self, x: np.ndarray) -> np.ndarray:
+    def left(self, x: np.ndarray) -> np.ndarray:
         """What parameters (P,) leave of the difference, (D,)."""
         return self.target - self.slope @ x
 
     def loss(self, x: np.ndarray, error: SignatureError) -> float:
         """Negative log density of the difference and parameters (P,), up to one-sided priors."""
-        residual = self.residual(x)
-        density = error.log_density(error.squares(residual), len(residual))
+        left = self.left(x)
+        density = error.log_density(error.squares(left), len(left))
         return -density - _log_prior(self.hypothesis, x)
 
     def settled(self, start: np.ndarray) -> np.ndarray:
@@ -140,14 +140,14 @@ def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
     return float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
 
 
-def no_gap_evidence(comparison: Comparison) -> float:
+def no_gap_evidence(residual: Residual) -> float:
     """Log evidence of no difference at all."""
-    white = comparison.whiten(comparison.delta)
+    white = residual.whiten(residual.delta)
     return -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
 
 
 def task_agreement(
-    hypothesis: Hypothesis, comparison: Comparison, relative_error: float
+    hypothesis: Hypothesis, residual: Residual, relative_error: float
 ) -> tuple[float | None, list[tuple[str, float, float]]]:
     """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
 
@@ -157,10 +157,8 @@ def task_agreement(
     rows : task, internal primary amplitude and its standard error
     """
     rows = []
-    for task in comparison.tasks:
-        part = fit(
-            hypothesis.part(comparison.rows([task])), comparison.part([task]), relative_error
-        )
+    for task in residual.tasks:
+        part = fit(hypothesis.part(residual.rows([task])), residual.part([task]), relative_error)
         rows.append((task, float(part.x[0]), float(np.sqrt(part.covariance[0, 0]))))
     if len(rows) < 2:
         return None, rows

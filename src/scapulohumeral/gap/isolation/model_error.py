@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from scapulohumeral.gap.effects.base import Effect
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 # Share of the signature error that is spread over all channels, for effects on the record.
 SPREAD_SHARE = 0.3
@@ -23,7 +23,7 @@ SPREAD_SHARE = 0.3
 # control, channels of EMG that changed much had the shape that the model predicts (cosine 0.94 to
 # 0.99) and sizes off by 0.6 to 2, alike in all tasks; angles had hardly its shape (0 to 0.5).
 # Factor on a channel, of a person in all tasks and of one task by itself:
-PERSON_FACTOR, TASK_FACTOR = 1.7, 0.7
+COMMON_FACTOR, TASK_FACTOR = 1.7, 0.7
 
 
 # Share of the error of the shape that is the same in all tasks.
@@ -49,9 +49,9 @@ class SignatureError:
         """Inverse of I + E times vectors (D,) or (D, P)."""
         return cho_solve(self._factor, vectors)
 
-    def squares(self, residual: np.ndarray) -> float:
+    def squares(self, white: np.ndarray) -> float:
         """Sum of squares of a whitened residual (D,) in units of I + E."""
-        return float(residual @ self.solve(residual))
+        return float(white @ self.solve(white))
 
     def log_density(self, squares: float, count: int) -> float:
         """Log density of a whitened residual with a sum of squares in units of I + E."""
@@ -67,23 +67,23 @@ def own_error(effect: Effect, relative: float) -> float:
 
 
 def change_error(
-    comparison: Comparison, change: np.ndarray, relative: float, controlled: bool
+    residual: Residual, change: np.ndarray, relative: float, controlled: bool
 ) -> np.ndarray:
     """Covariance (D, D), whitened, of the error of a predicted change.
 
     Parameters
     ----------
-    comparison : what is explained
+    residual : what is explained
     change : (D,) predicted
     relative : error of each channel's change, relative
     controlled : whether muscles make the change, so that its shape depends on a person's control
     """
-    by_channel = comparison.white_by_channel(change)
+    by_channel = residual.white_by_channel(change)
     if controlled:
-        of_person = comparison.over_tasks(by_channel)
-        factors = relative * np.hstack([TASK_FACTOR * by_channel, PERSON_FACTOR * of_person])
+        of_person = residual.over_tasks(by_channel)
+        factors = relative * np.hstack([TASK_FACTOR * by_channel, COMMON_FACTOR * of_person])
         covariance = factors @ factors.T
-        for kind in comparison.kinds:
+        for kind in residual.kinds:
             size = SHAPE_ERROR[kind.name] * relative
             mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
             if mean_square > 0.0:

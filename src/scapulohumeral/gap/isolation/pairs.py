@@ -10,7 +10,7 @@ import numpy as np
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis, pair, strongest
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.model_error import SignatureError, own_error
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 # Effects that others join in pairs, and others tried with each.
 LEADERS, PARTNERS = 3, 12
@@ -23,7 +23,7 @@ MIMICRY = 1.0 / 3.0
 def paired(
     singles: Sequence[Fit],
     prior: Mapping[str, float],
-    comparison: Comparison,
+    residual: Residual,
     relative_error: float,
 ) -> list[Fit]:
     """The most probable effects with those of other families that explain most of what they leave.
@@ -32,17 +32,17 @@ def paired(
     grows with the square of that effect, as its own log evidence does.
     """
     found: dict[str, Fit] = {}
-    nothing = no_gap_evidence(comparison)
+    nothing = no_gap_evidence(residual)
     for leader in strongest(singles, prior, LEADERS):
-        error = leader.hypothesis.error(leader.x, comparison, relative_error)
-        left = comparison.whiten(comparison.delta - leader.predicted)
+        error = leader.hypothesis.error(leader.x, residual, relative_error)
+        left = residual.whiten(residual.delta - leader.predicted)
         family = leader.hypothesis.effects[0].family
         others = [f for f in singles if f.hypothesis.effects[0].family != family]
-        gains = {f.label: _gain(f.hypothesis, left, error, comparison) for f in others}
+        gains = {f.label: _gain(f.hypothesis, left, error, residual) for f in others}
         for other in sorted(others, key=lambda f: -gains[f.label])[:PARTNERS]:
             both = pair(leader, other)
             if both.label not in found:
-                joint = fit(both, comparison, relative_error)
+                joint = fit(both, residual, relative_error)
                 mimicked = max(_mimicked(f, nothing, relative_error) for f in (leader, other))
                 found[both.label] = replace(joint, log_evidence=joint.log_evidence - mimicked)
     return list(found.values())
@@ -56,13 +56,13 @@ def _mimicked(alone: Fit, nothing: float, relative_error: float) -> float:
 
 
 def _gain(
-    hypothesis: Hypothesis, left: np.ndarray, error: SignatureError, comparison: Comparison
+    hypothesis: Hypothesis, left: np.ndarray, error: SignatureError, residual: Residual
 ) -> float:
     """Log density that an effect inside its bounds adds to whitened residuals (D,).
 
     The error of its own prediction is left out.
     """
-    slope = comparison.whiten(hypothesis.slope)
+    slope = residual.whiten(hypothesis.slope)
     weighted = error.solve(slope)
     right = weighted.T @ left
     normal = slope.T @ weighted + np.diag(hypothesis.prior_sd**-2.0)

@@ -9,11 +9,11 @@ import numpy as np
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
-from scapulohumeral.gap.recording.observables import Recorder
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.recording.observables import SensorSetup
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.of_tasks import Response
-from scapulohumeral.gap.signatures.resolve import Resolve, kept_movement, recorded_change
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
 
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
 LARGEST_STEP = 1.5
@@ -26,10 +26,10 @@ WARM_ITERATIONS = 60
 
 def refit(
     first: Fit,
-    comparison: Comparison,
-    responses: Sequence[Response],
+    residual: Residual,
+    signatures: Sequence[TaskSignatures],
     model: ParticipantModel,
-    recorder: Recorder,
+    sensors: SensorSetup,
     settings: GapSettings,
 ) -> Fit:
     """Gauss-Newton on the parameters of one effect, every step with new solutions of all tasks.
@@ -37,40 +37,40 @@ def refit(
     Parameters
     ----------
     first : fit to derivatives at the nominal solution
-    comparison, responses : what is explained, and the nominal solutions
-    model, recorder, settings : as for `signatures.respond`
+    residual, signatures : what is explained, and the nominal solutions
+    model, sensors, settings : as for `signatures.task_signatures`
 
     Raises
     ------
     SolveError                       a movement with the effect cannot be solved
     """
     [effect] = first.hypothesis.effects
-    current, moves, firmness = first, [], first.hypothesis.firmness
+    current, moves, stiffness = first, [], first.hypothesis.stiffness
     if effect.changes_body:
-        moves = [kept_movement(model, response, firmness, settings) for response in responses]
-    starts = [response.point for response in responses]
+        moves = [stiffened_movement(model, of_task, stiffness, settings) for of_task in signatures]
+    starts = [of_task.point for of_task in signatures]
     iterations = settings.iterations
     if settings.view == "tracking":
         iterations = min(WARM_ITERATIONS, iterations)
     for _ in range(settings.refits):
         x = _limited(current)
         values, slopes = [], []
-        for i, response in enumerate(responses):
+        for i, of_task in enumerate(signatures):
             if effect.changes_body:
-                problem = Resolve(moves[i], response, recorder, iterations)
+                problem = Resolve(moves[i], of_task, sensors, iterations)
                 value, slope, starts[i] = problem.solved(effect, x, starts[i])
             else:
-                value, slope = recorded_change(effect, x, response)
+                value, slope = recorded_change(effect, x, of_task)
             values.append(value)
             slopes.append(slope)
         hypothesis = Hypothesis(
             (effect,),
             x,
-            comparison.compress(values)[:, None],
-            comparison.compress(slopes),
-            firmness,
+            residual.compress(values)[:, None],
+            residual.compress(slopes),
+            stiffness,
         )
-        current = fit(hypothesis, comparison, settings.signature_error)
+        current = fit(hypothesis, residual, settings.signature_error)
     return current
 
 

@@ -25,24 +25,29 @@ def fit_all(
 
     Both a derivative and a new solution are approximations of what a person would do: of an effect
     that is solved again the fit with more evidence counts. So it does of an effect, or a pair, on
-    persons who keep the movement with one firmness or another.
+    persons who keep the movement with one stiffness or another.
     """
-    c, settings = evidence.comparison, evidence.settings
-    short = strongest(_most_evident(evidence.persons), evidence.prior, settings.short_list)
+    c, settings = evidence.residual, evidence.settings
+    short = strongest(
+        _most_evident(evidence.fits_by_stiffness), evidence.prior, settings.short_list
+    )
     # Without reference trials the prediction follows errors of the record: small, so linear.
     listed = [f.label for f in short if evidence.referenced or f.hypothesis.effects[0].changes_body]
     log.info("solved again: %s", ", ".join(listed))
-    again = [f for fits in evidence.persons for f in fits if f.label in listed]
-    jobs = [(f, c, evidence.responses, model, evidence.recorder, settings) for f in again]
+    again = [f for fits in evidence.fits_by_stiffness for f in fits if f.label in listed]
+    jobs = [(f, c, evidence.signatures, model, evidence.sensors, settings) for f in again]
     found = side_by_side(_refit_or_keep, jobs, threads)
     solved = {before: after for before, after in zip(again, found, strict=True) if after}
     for label in sorted({f.label for f in again} - {f.label for f in solved}):
         warnings.append(f"{label}: not solved again; its amplitude is a linear estimate")
-    persons = [
-        _most_evident([fits, [solved[f] for f in fits if f in solved]]) for fits in evidence.persons
+    fits_by_stiffness = [
+        _most_evident([fits, [solved[f] for f in fits if f in solved]])
+        for fits in evidence.fits_by_stiffness
     ]
-    pairs = [paired(fits, evidence.prior, c, settings.signature_error) for fits in persons]
-    return _most_evident([*persons, *pairs])
+    pairs = [
+        paired(fits, evidence.prior, c, settings.signature_error) for fits in fits_by_stiffness
+    ]
+    return _most_evident([*fits_by_stiffness, *pairs])
 
 
 def _most_evident(every: Iterable[Iterable[Fit]]) -> list[Fit]:

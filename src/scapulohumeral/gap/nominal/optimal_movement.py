@@ -14,7 +14,7 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.body import JOINTS, Body
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import Drive, no_drive, toward_emg
 from scapulohumeral.gap.nominal.loaded_collocation import _loaded, body_bounds
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
@@ -180,7 +180,7 @@ class Movement:
         """The same movement with other weights."""
         return self._varied(objective=replace(self.objective, weights=weights))
 
-    def with_habits(
+    def with_control_bias(
         self, point: Start, emg: np.ndarray, electrodes: np.ndarray, iterations: int
     ) -> tuple[Movement, Start]:
         """The same movement of a person who is driven as EMG shows, and its solution.
@@ -204,22 +204,22 @@ class Movement:
         """The same movement with another drive of the muscles."""
         return self._varied(drive=drive)
 
-    def kept(self, point: Start, firmness: float) -> Movement:
+    def kept(self, point: Start, stiffness: float) -> Movement:
         """The same movement of a person who keeps its solution more firmly against effects.
 
-        Tracking counts `firmness` times as much, of a motion that much nearer to the solution: the
+        Tracking counts `stiffness` times as much, of a motion that much nearer to the solution: the
         solution is the same, and what departs from it costs more.
         """
-        if firmness == 1.0:
+        if stiffness == 1.0:
             return self
-        share = 1.0 / firmness
+        share = 1.0 / stiffness
         poses = self.trajectory(point).q, trial_to_pose(self.angles_rad)
         pose = mean_pose(poses, [1.0 - share, share])
         weights = self.objective.weights
         return self._varied(
             objective=replace(
                 self.with_reference(pose_to_trial(pose)),
-                weights=replace(weights, trajectory=firmness * weights.trajectory),
+                weights=replace(weights, trajectory=stiffness * weights.trajectory),
             )
         )
 
@@ -257,7 +257,7 @@ class Movement:
         return self.set_up.trajectory(point.free)
 
 
-def movement(model: ParticipantModel, observed: Observed, settings: GapSettings) -> Movement:
+def movement(model: ParticipantModel, observed: Observation, settings: GapSettings) -> Movement:
     """The problem of a recorded movement with the nominal body of a participant."""
     angles = pose_to_trial(observed.pose)
     errors = pose_errors(model.forces.dynamics.name)

@@ -24,7 +24,7 @@ COSTS = {
 
 # What was found most probable of person and sessions, by the names of the table "errors".
 ASSUMED = {
-    "firmness": "the person keeps a movement {} times as firmly as the model follows recordings",
+    "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
     "session_share": "two sessions differ by {} of the configured spread",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }

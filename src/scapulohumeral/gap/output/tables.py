@@ -19,21 +19,23 @@ from scapulohumeral.gap.curve_files import (
     SignatureRow,
     table_of,
 )
-from scapulohumeral.gap.detection.presence import Shows
+from scapulohumeral.gap.detection.presence import DifferenceMap
 from scapulohumeral.gap.detection.regions import EnteringCurve, repeated_points
-from scapulohumeral.gap.isolation.channel_gains import person_factors
+from scapulohumeral.gap.isolation.channel_gains import gain_factors
 from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.recording.observables import channel_unit
-from scapulohumeral.gap.residual.residual import Comparison
+from scapulohumeral.gap.residual.residual import Residual
 
 
-def shows_table(comparison: Comparison, found: Shows, halves: Sequence[np.ndarray]) -> pd.DataFrame:
+def shows_table(
+    residual: Residual, found: DifferenceMap, halves: Sequence[np.ndarray]
+) -> pd.DataFrame:
     """Where the gap shows: difference over standard error of each channel and phase.
 
     `halves` are the differences (D,) of two halves of the test trials, fewer with one trial.
     """
     phase = _phase(len(found.sigma))
-    repeated = repeated_points(found, comparison, halves)
+    repeated = repeated_points(found, residual, halves)
     return table_of(
         ShowsRow,
         (
@@ -44,7 +46,7 @@ def shows_table(comparison: Comparison, found: Shows, halves: Sequence[np.ndarra
                 threshold_sigma=found.threshold,
                 repeated=repeated[n, k],
             )
-            for k, channel in enumerate(comparison.channels)
+            for k, channel in enumerate(residual.channels)
             for n in range(len(phase))
         ),
     )
@@ -69,14 +71,14 @@ def enters_table(entries: Sequence[EnteringCurve]) -> pd.DataFrame:
     )
 
 
-def overlay_table(comparison: Comparison, best: Fit, referenced: bool) -> pd.DataFrame:
+def overlay_table(residual: Residual, best: Fit, referenced: bool) -> pd.DataFrame:
     """Difference to explain, what the best effect predicts of it, 95 % band without any effect.
 
     `referenced` says whether it is the difference to reference trials, or to the model.
     """
-    given = comparison.curves(comparison.delta)
-    explained = comparison.curves(best.predicted)
-    band = 1.96 * comparison.spread
+    given = residual.curves(residual.delta)
+    explained = residual.curves(best.predicted)
+    band = 1.96 * residual.spread
     phase = _phase(given.shape[1])
     return table_of(
         OverlayRow,
@@ -92,18 +94,18 @@ def overlay_table(comparison: Comparison, best: Fit, referenced: bool) -> pd.Dat
                 unit=channel_unit(channel),
                 compared_with=REFERENCE if referenced else MODEL,
             )
-            for t, task in enumerate(comparison.tasks)
-            for k, channel in enumerate(comparison.channels)
+            for t, task in enumerate(residual.tasks)
+            for k, channel in enumerate(residual.channels)
             for n in range(len(phase))
         ),
     )
 
 
-def signature_table(comparison: Comparison, best: Fit) -> pd.DataFrame:
+def signature_table(residual: Residual, best: Fit) -> pd.DataFrame:
     """The gap, the best effect and what it leaves, over the noise, as z values over all tasks."""
     gap, effect, rest = (
-        (comparison.curves(vector) / comparison.spread).sum(axis=0) / np.sqrt(len(comparison.tasks))
-        for vector in (comparison.delta, best.predicted, comparison.delta - best.predicted)
+        (residual.curves(vector) / residual.spread).sum(axis=0) / np.sqrt(len(residual.tasks))
+        for vector in (residual.delta, best.predicted, residual.delta - best.predicted)
     )
     phase = _phase(len(gap))
     return table_of(
@@ -116,7 +118,7 @@ def signature_table(comparison: Comparison, best: Fit) -> pd.DataFrame:
                 signature_sigma=effect[n, k],
                 rest_sigma=rest[n, k],
             )
-            for k, channel in enumerate(comparison.channels)
+            for k, channel in enumerate(residual.channels)
             for n in range(len(phase))
         ),
     )
@@ -153,9 +155,7 @@ def amplitude_table(best: Fit, by_task: Sequence[tuple[str, float, float]]) -> p
     return table_of(AmplitudeRow, rows)
 
 
-def factors_table(
-    comparison: Comparison, fits: Sequence[Fit], relative_error: float
-) -> pd.DataFrame:
+def factors_table(residual: Residual, fits: Sequence[Fit], relative_error: float) -> pd.DataFrame:
     """How much of each effect this person shows in each channel, for every hypothesis."""
     return table_of(
         FactorsRow,
@@ -164,10 +164,10 @@ def factors_table(
             for fitted in fits
             for effect, own in zip(
                 fitted.hypothesis.effects,
-                person_factors(fitted, comparison, relative_error),
+                gain_factors(fitted, residual, relative_error),
                 strict=True,
             )
-            for k, channel in enumerate(comparison.channels)
+            for k, channel in enumerate(residual.channels)
         ),
     )
 

@@ -17,7 +17,7 @@ from scipy.fft import dct
 from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import GapTrial
 from scapulohumeral.gap.recording.movement_window import resampled, smoothed
 from scapulohumeral.model.motion import Motion
@@ -59,7 +59,7 @@ def channel_unit(channel: str) -> str:
     return units[channel_kind(channel)]
 
 
-def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: int) -> Observed:
+def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: int) -> Observation:
     """A recorded trial within its movement.
 
     EMG and force are averaged over the phase that a node stands for, whatever their rate.
@@ -73,7 +73,7 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
         emg = _averaged(trial.emg.time_s, trial.emg.values[:, columns], times)
     if contact and trial.contact is not None:
         force = _averaged(trial.contact.time_s, trial.contact.force_N, times)
-    return Observed(end - start, trial_to_pose(angles), channels, emg, force)
+    return Observation(end - start, trial_to_pose(angles), channels, emg, force)
 
 
 def _averaged(time_s: Array, values: Array, times: Array) -> Array:
@@ -90,12 +90,12 @@ def _averaged(time_s: Array, values: Array, times: Array) -> Array:
 
 def predicted(
     x: Trajectory, duration_s: float, channels: tuple[str, ...], electrodes: Array, contact: bool
-) -> Observed:
+) -> Observation:
     """What would be recorded of a solution; electrodes (C, M) average excitations."""
     emg = x.e @ electrodes.T if channels else None
     # The unknown reaction is the force of the glenoid on the humerus.
     force = -x.reaction if contact else None
-    return Observed(duration_s, x.q, channels, emg, force)
+    return Observation(duration_s, x.q, channels, emg, force)
 
 
 def electrode_matrix(emg_groups: Sequence[Sequence[str]], groups: np.ndarray) -> Array:
@@ -120,12 +120,12 @@ def mean_pose(poses: Sequence[Array], weights: Sequence[float]) -> Array:
     return pose
 
 
-def mean(observed: Sequence[Observed]) -> Observed:
+def mean(observed: Sequence[Observation]) -> Observation:
     """Mean of repeats."""
     pose = mean_pose([one.pose for one in observed], [1.0 / len(observed)] * len(observed))
     emg = [one.emg for one in observed if one.emg is not None]
     force = [one.contact_N for one in observed if one.contact_N is not None]
-    return Observed(
+    return Observation(
         float(np.mean([one.duration_s for one in observed])),
         pose,
         observed[0].channels,
@@ -134,7 +134,7 @@ def mean(observed: Sequence[Observed]) -> Observed:
     )
 
 
-def difference(observed: Observed, anchor: Observed) -> Array:
+def difference(observed: Observation, anchor: Observation) -> Array:
     """Channels (N, K) of a record relative to another: deg, fraction of MVC, N."""
     parts = []
     for part in JOINT_QUATERNIONS:
@@ -156,7 +156,7 @@ def phase_functions(nodes: int, count: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Recorder:
+class SensorSetup:
     """What is recorded of solutions.
 
     Attributes

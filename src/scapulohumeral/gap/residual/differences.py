@@ -12,12 +12,12 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.observables import (
-    Recorder,
+    SensorSetup,
     channel_names,
     difference,
     electrode_matrix,
@@ -25,9 +25,9 @@ from scapulohumeral.gap.recording.observables import (
     recorded,
 )
 from scapulohumeral.gap.residual.noise import Noise, trial_noise
-from scapulohumeral.gap.residual.residual import Comparison, compress
+from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +38,13 @@ class Records:
     ----------
     test, reference : task -> trials; no reference in no-reference mode
     anchors : task -> mean record to which changes are relative
-    recorder : what is recorded; channels : (K,) names
+    sensors : what is recorded; channels : (K,) names
     """
 
-    test: Mapping[str, Sequence[Observed]]
-    reference: Mapping[str, Sequence[Observed]]
-    anchors: Mapping[str, Observed]
-    recorder: Recorder
+    test: Mapping[str, Sequence[Observation]]
+    reference: Mapping[str, Sequence[Observation]]
+    anchors: Mapping[str, Observation]
+    sensors: SensorSetup
     channels: tuple[str, ...]
 
 
@@ -56,8 +56,8 @@ def read_records(
     `warnings` gets one sentence per task that is left out.
     """
 
-    def observed(trials: Iterable[GapTrial]) -> dict[str, list[Observed]]:
-        tasks: dict[str, list[Observed]] = {}
+    def observed(trials: Iterable[GapTrial]) -> dict[str, list[Observation]]:
+        tasks: dict[str, list[Observation]] = {}
         for trial in trials:
             one = recorded(trial, case.channels, case.has_contact, settings.nodes)
             tasks.setdefault(trial.task, []).append(one)
@@ -80,13 +80,13 @@ def read_records(
         test={task: test[task] for task in tasks},
         reference={task: reference[task] for task in tasks} if common else {},
         anchors={task: mean(base[task]) for task in tasks},
-        recorder=Recorder(case.channels, electrodes, case.has_contact),
+        sensors=SensorSetup(case.channels, electrodes, case.has_contact),
         channels=channel_names(case.channels, case.has_contact),
     )
 
 
 def solved_part(
-    records: Records, found: Sequence[Response | SolveError], warnings: list[str]
+    records: Records, found: Sequence[TaskSignatures | SolveError], warnings: list[str]
 ) -> Records:
     """Records of the tasks whose nominal movement was solved.
 
@@ -122,24 +122,24 @@ def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings)
 
 
 def differences(
-    records: Records, responses: Sequence[Response], noise: Noise, functions: np.ndarray
-) -> tuple[Comparison, tuple[TrialDifference, ...]]:
+    records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
+) -> tuple[Residual, tuple[TrialDifference, ...]]:
     """Mean differences and those of single trials; their covariance is that between repeats."""
     tasks = tuple(records.anchors)
-    bases = [records.anchors[r.task] if records.reference else r.nominal for r in responses]
+    bases = [records.anchors[r.task] if records.reference else r.nominal for r in signatures]
     singles = [
         [difference(one, base) for one in records.test[task]]
         for task, base in zip(tasks, bases, strict=True)
     ]
     counts = [len(records.reference.get(task, ())) for task in tasks]
 
-    def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Comparison:
+    def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Residual:
         weights = [
             1.0 / n + (1.0 / counts[i] if counts[i] else 0.0)
             for n, i in zip(trials, index, strict=True)
         ]
         repeats = block_diag(*(weight * noise.covariance for weight in weights))
-        return Comparison(
+        return Residual(
             delta=compress(curves_, functions),
             covariance=repeats,
             noise=repeats,
@@ -167,4 +167,4 @@ class TrialDifference:
     """One test trial: task, difference of that task's coefficients to the reference."""
 
     task: str
-    comparison: Comparison
+    residual: Residual

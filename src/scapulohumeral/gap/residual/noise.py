@@ -15,9 +15,9 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scapulohumeral.gap.recording.observables import channel_kind
-from scapulohumeral.gap.residual.residual import Comparison, compress
+from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.settings import ModelSpread, NoisePrior
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 # Phases of a movement between which errors of one trial are nearly independent.
 INDEPENDENT_PHASES = 3
@@ -103,23 +103,23 @@ def _variances(
     return len(functions) * level[:, None] * shape / shape.sum()
 
 
-def draws(comparison: Comparison, count: int, seed: int) -> np.ndarray:
+def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
     """Differences without any effect, (D, count), noise estimated from few repeats included."""
     rng = np.random.default_rng(seed)
     factors = [
         np.linalg.cholesky(part + 1e-12 * np.eye(len(part)) * np.trace(part) / len(part))
-        for part in (comparison.noise, comparison.covariance - comparison.noise)
+        for part in (residual.noise, residual.covariance - residual.noise)
     ]
     noise, rest = (factor @ rng.normal(size=(len(factor), count)) for factor in factors)
     # The size of the noise is estimated itself; channels share their estimates, each with several
     # independent phases, which counts like as many more repeats.
-    degrees = comparison.degrees * INDEPENDENT_PHASES
+    degrees = residual.degrees * INDEPENDENT_PHASES
     return rest + noise * np.sqrt(degrees / rng.chisquare(degrees, count))
 
 
 def total_covariance(
     noise: np.ndarray,
-    responses: Sequence[Response],
+    signatures: Sequence[TaskSignatures],
     functions: np.ndarray,
     model: tuple[ModelSpread, Sequence[str]] | None,
     share: float,
@@ -129,19 +129,19 @@ def total_covariance(
     Parameters
     ----------
     noise : (D, D) of the mean differences between repeats
-    responses : of the tasks, with nuisances
+    signatures : of the tasks, with nuisances
     functions : (N, B)
     model : spread of the model's own error and names of the channels; None with reference trials
     share : of the nuisances' standard deviations
     """
     total = noise.copy()
-    posture = [compress([response.posture], functions) for response in responses]
+    posture = [compress([of_task.posture], functions) for of_task in signatures]
     total += share**2 * block_diag(*(columns @ columns.T for columns in posture))
-    session = compress([response.session for response in responses], functions)
+    session = compress([of_task.session for of_task in signatures], functions)
     total += share**2 * session @ session.T
     if model is not None:
         spread, channels = model
         total += np.diag(
-            np.tile(_variances(channels, vars(spread), functions).ravel(), len(responses))
+            np.tile(_variances(channels, vars(spread), functions).ravel(), len(signatures))
         )
     return total

@@ -37,7 +37,7 @@ class Kind:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Residual:
     """A difference to explain, and its covariance without any effect.
 
     Attributes
@@ -132,17 +132,17 @@ class Comparison:
         shaped = variance.reshape(len(self.tasks), len(self.channels), -1)
         return np.sqrt(shaped).transpose(0, 2, 1)
 
-    def part(self, tasks: Sequence[str]) -> Comparison:
+    def part(self, tasks: Sequence[str]) -> Residual:
         """The same for some of the tasks."""
         kept = tuple(task for task in self.tasks if task in tasks)
         return replace(self._of(self.rows(tasks)), tasks=kept)
 
-    def only(self, channels: Sequence[str]) -> Comparison:
+    def only(self, channels: Sequence[str]) -> Residual:
         """The same for some of the channels."""
         kept = tuple(name for name in self.channels if name in channels)
         return replace(self._of(self.channel_rows(kept)), channels=kept)
 
-    def _of(self, rows: np.ndarray) -> Comparison:
+    def _of(self, rows: np.ndarray) -> Residual:
         square = np.ix_(rows, rows)
         return replace(
             self,

@@ -15,21 +15,21 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scapulohumeral.gap.recording.observables import channel_kind, phase_functions
-from scapulohumeral.gap.residual.residual import Comparison, compress
+from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
-BLACK_BOX_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
+UNKNOWN_INPUT_SIZES = (0.1, 0.3, 1.0, 3.0, 10.0)
 
 
-def black_box_evidence(
-    comparison: Comparison, columns: np.ndarray, sizes: Sequence[float] = BLACK_BOX_SIZES
+def unknown_input_evidence(
+    residual: Residual, columns: np.ndarray, sizes: Sequence[float] = UNKNOWN_INPUT_SIZES
 ) -> float:
     """Log evidence of smooth disturbances (D, S) of unknown common size, the best of a few sizes.
 
     Averaged over the sizes, so that a better fit by a freer box is paid for.
     """
-    white, columns = comparison.whiten(comparison.delta), comparison.whiten(columns)
+    white, columns = residual.whiten(residual.delta), residual.whiten(columns)
     values = []
     for size in sizes:
         covariance = np.eye(len(white)) + size**2 * columns @ columns.T
@@ -42,12 +42,12 @@ def black_box_evidence(
     return float(np.logaddexp.reduce(values) - np.log(len(values)))
 
 
-def black_box_left(comparison: Comparison, columns: np.ndarray) -> float:
+def unknown_input_left(residual: Residual, columns: np.ndarray) -> float:
     """Sum of squares that smooth disturbances (D, S) leave of the whitened difference.
 
     It stands for the floor: more than this no cause that acts smoothly can explain.
     """
-    white, columns = comparison.whiten(comparison.delta), comparison.whiten(columns)
+    white, columns = residual.whiten(residual.delta), residual.whiten(columns)
     left = white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0]
     free = max(len(white) - columns.shape[1], 1)
     return min(float(left @ left) * len(white) / free, float(len(white)))
@@ -57,7 +57,7 @@ DOF_NAMES = (*(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "x
 
 
 @dataclass(frozen=True, eq=False)
-class Disturbances:
+class UnknownInputs:
     """Smooth generalised forces of each task, and smooth errors of its EMG channels.
 
     Attributes
@@ -72,12 +72,12 @@ class Disturbances:
     shapes: tuple[np.ndarray, ...]
 
 
-def disturbances(
-    responses: Sequence[Response],
+def unknown_inputs(
+    signatures: Sequence[TaskSignatures],
     functions: np.ndarray,
     channels: Sequence[str],
     emg_unit: float,
-) -> Disturbances:
+) -> UnknownInputs:
     """All disturbances of a case; EMG errors in units of `emg_unit` [fraction of MVC].
 
     `functions` (N, B) are those of the comparison, `channels` its (K,) names.
@@ -88,8 +88,8 @@ def disturbances(
     emg = [name for name in channels if channel_kind(name) == "emg"]
     names += [("channel", name) for name in emg]
     blocks = []
-    for response in responses:
-        slack = response.slack.reshape(-1, *response.slack.shape[2:])
+    for of_task in signatures:
+        slack = of_task.slack.reshape(-1, *of_task.slack.shape[2:])
         columns = [compress([slack], functions)]
         for name in emg:
             curves = np.zeros((SMOOTH, nodes, len(channels)))
@@ -97,15 +97,17 @@ def disturbances(
             columns.append(compress([curves], functions))
         blocks.append(np.hstack(columns))
     units = [1.0] * len(DOF_NAMES) + [emg_unit] * len(emg)
-    return Disturbances(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
+    return UnknownInputs(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
 
 
-def most_probable(comparison: Comparison, columns: np.ndarray) -> np.ndarray:
+def most_probable(residual: Residual, columns: np.ndarray) -> np.ndarray:
     """Matrix (S, D) from a whitened difference to the most probable amounts of disturbances (D, S).
 
     They are independent, of the common size with most evidence for the difference compared.
     """
-    size = max(BLACK_BOX_SIZES, key=lambda s: black_box_evidence(comparison, s * columns, (1.0,)))
-    white = comparison.whiten(size * columns)
+    size = max(
+        UNKNOWN_INPUT_SIZES, key=lambda s: unknown_input_evidence(residual, s * columns, (1.0,))
+    )
+    white = residual.whiten(size * columns)
     inner = np.eye(white.shape[1]) + white.T @ white
     return size * np.linalg.solve(inner, white.T)

@@ -14,12 +14,12 @@ import numpy as np
 
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.effects.body import Body
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.optimal_movement import (
     Movement,
 )
 from scapulohumeral.gap.recording.observables import (
-    Recorder,
+    SensorSetup,
     difference,
     phase_functions,
     predicted,
@@ -44,7 +44,7 @@ DOF = 10
 
 
 # Records a step ahead and a step behind of each parameter.
-Steps = list[tuple[Observed, Observed]]
+Steps = list[tuple[Observation, Observation]]
 
 
 class Linearised:
@@ -53,22 +53,22 @@ class Linearised:
     Parameters
     ----------
     move : movement; body : of the solution; point : solution
-    duration_s : of the movement; recorder : what is recorded
+    duration_s : of the movement; sensors : what is recorded
     """
 
     def __init__(
-        self, move: Movement, body: Body, point: Start, duration_s: float, recorder: Recorder
+        self, move: Movement, body: Body, point: Start, duration_s: float, sensors: SensorSetup
     ) -> None:
         self.move, self.body, self.point = move, body, point
-        self.duration_s, self.recorder = duration_s, recorder
+        self.duration_s, self.sensors = duration_s, sensors
         self.problem = move.problem(body)
         self.kkt: KktSystem = assemble_kkt(self.problem, point)
         self.observed = self._record(point.free, body)
 
-    def kept(self, firmness: float) -> Linearised:
+    def kept(self, stiffness: float) -> Linearised:
         """The same solution of a person who keeps the movement more firmly."""
-        move = self.move.kept(self.point, firmness)
-        return Linearised(move, self.body, self.point, self.duration_s, self.recorder)
+        move = self.move.kept(self.point, stiffness)
+        return Linearised(move, self.body, self.point, self.duration_s, self.sensors)
 
     def by_effect(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
@@ -77,7 +77,7 @@ class Linearised:
     def conditions(self, effect: Effect, internal: Array) -> Array:
         """Derivatives (n + m, P) of the optimality conditions by an effect on the body.
 
-        They do not depend on the firmness.
+        They do not depend on the stiffness.
         """
 
         def variant_of(x: Array):
@@ -88,7 +88,7 @@ class Linearised:
     def seen(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record of the same solution, by what electrodes see of it."""
 
-        def record(x: Array) -> Observed:
+        def record(x: Array) -> Observation:
             return self._record(self.point.free, effect.apply(self.move.body, effect.physical(x)))
 
         return _derivative(_stepped(record, internal))
@@ -112,7 +112,7 @@ class Linearised:
         changes = self.through(right.reshape(len(right), -1))
         return changes.reshape(DOF, SMOOTH, *changes.shape[1:])
 
-    def following(self, records: Sequence[tuple[Observed, Observed]], span: float) -> Array:
+    def following(self, records: Sequence[tuple[Observation, Observation]], span: float) -> Array:
         """Change (R, N, K) of the prediction between pairs of tracked records, over `span`."""
         columns = [
             self._by_reference(pose_to_trial(ahead.pose), pose_to_trial(behind.pose), span)
@@ -152,8 +152,8 @@ class Linearised:
         )
         return difference(ahead, behind) / (2.0 * step)
 
-    def _record(self, free: Array, body: Body) -> Observed:
-        r = self.recorder
+    def _record(self, free: Array, body: Body) -> Observation:
+        r = self.sensors
         x = self.problem.trajectory(free)
         return predicted(x, self.duration_s, r.channels, body.seen * r.electrodes, r.contact)
 
@@ -170,16 +170,16 @@ def _moved(angles: Array, dof: int, by_rad: Array) -> Array:
     return pose_to_trial(pose)
 
 
-def record_derivative(effect: Effect, internal: Array, anchor: Observed) -> Array:
+def record_derivative(effect: Effect, internal: Array, anchor: Observation) -> Array:
     """Change (P, N, K) of a record per unit of an effect on the measurement."""
     return _derivative(_recorded_steps(effect, internal, anchor))
 
 
-def _recorded_steps(effect: Effect, internal: Array, anchor: Observed) -> Steps:
+def _recorded_steps(effect: Effect, internal: Array, anchor: Observation) -> Steps:
     return _stepped(lambda x: effect.observe(anchor, effect.physical(x)), internal)
 
 
-def _stepped(record: Callable[[Array], Observed], internal: Array) -> Steps:
+def _stepped(record: Callable[[Array], Observation], internal: Array) -> Steps:
     """Records a step ahead and a step behind of each parameter."""
     shifts = STEP * np.eye(len(internal))
     return [(record(internal + shift), record(internal - shift)) for shift in shifts]
@@ -189,7 +189,7 @@ def _derivative(steps: Steps) -> Array:
     return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in steps])
 
 
-def _followed(local: Linearised, effect: Effect, anchor: Observed) -> Array:
+def _followed(local: Linearised, effect: Effect, anchor: Observation) -> Array:
     """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
     if effect.changes_body:
         return np.zeros((len(effect.params), *difference(anchor, anchor).shape))

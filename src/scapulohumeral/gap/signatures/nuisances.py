@@ -12,7 +12,7 @@ import numpy as np
 from scapulohumeral.gap.effects.emd import PARAMS as DELAY
 from scapulohumeral.gap.effects.emd import Emd
 from scapulohumeral.gap.effects.frames import turn_frame
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.settings import GapSettings
 
@@ -27,7 +27,7 @@ SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(
 FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
 
 
-def session_records(anchor: Observed, settings: GapSettings) -> list[Observed]:
+def session_records(anchor: Observation, settings: GapSettings) -> list[Observation]:
     """Records (R) with one standard deviation of each error of a new session.
 
     Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.

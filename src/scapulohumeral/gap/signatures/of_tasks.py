@@ -13,7 +13,7 @@ import numpy as np
 
 from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.gap.effects.base import Effect
-from scapulohumeral.gap.effects.observation import Observed
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import Drive
 from scapulohumeral.gap.nominal.optimal_movement import (
     Movement,
@@ -23,7 +23,7 @@ from scapulohumeral.gap.nominal.optimal_movement import (
 )
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.observables import (
-    Recorder,
+    SensorSetup,
     difference,
 )
 from scapulohumeral.gap.settings import GapSettings
@@ -38,11 +38,11 @@ from scapulohumeral.ocp.solver import Start
 # recordings without effects are followed with. Of 20 opened blind cases of one effect on the body
 # with reference trials, 12 were 4 to 29 units of log evidence more probable with 10, and two 7 and
 # 45 units less; 100 was no better than 10.
-FIRMNESS = (1.0, 10.0)
+STIFFNESSES = (1.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class TaskSignatures:
     """Nominal solution of one task and its derivatives.
 
     Attributes
@@ -50,8 +50,8 @@ class Response:
     task : name
     anchor : mean record to which all changes are relative; nominal : the model's prediction of it
     point : nominal solution
-    effects : (P, N, K) change per unit of each effect's internal parameters, for each firmness
-        with which the person may keep the movement (:data:`FIRMNESS`)
+    effects : (P, N, K) change per unit of each effect's internal parameters, for each stiffness
+        with which the person may keep the movement (:data:`STIFFNESSES`)
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
     followed, followed_session : change of the prediction by effects on the record, (P, N, K) each,
@@ -63,8 +63,8 @@ class Response:
     """
 
     task: str
-    anchor: Observed
-    nominal: Observed
+    anchor: Observation
+    nominal: Observation
     point: Start
     effects: tuple[tuple[Array, ...], ...]
     posture: Array
@@ -76,7 +76,7 @@ class Response:
     needed: Array
     drive: Drive
 
-    def of_residual(self) -> Response:
+    def of_residual(self) -> TaskSignatures:
         """Changes of record minus prediction, instead of the record: what is left of an error of
         measurement after the prediction has followed it."""
         return replace(
@@ -89,22 +89,22 @@ class Response:
         )
 
 
-def respond(
+def task_signatures(
     task: str,
-    anchor: Observed,
+    anchor: Observation,
     model: ParticipantModel,
     effects: Sequence[Effect],
-    recorder: Recorder,
+    sensors: SensorSetup,
     settings: GapSettings,
-    tells_habits: bool,
-) -> Response:
+    emg_tells_bias: bool,
+) -> TaskSignatures:
     """Solve the nominal movement of a task and differentiate it.
 
     Parameters
     ----------
     task, anchor : name and mean record; model, settings : of the nominal movement
-    effects : what it is differentiated by; recorder : what is recorded
-    tells_habits : whether EMG tells how the person drives muscles without effects
+    effects : what it is differentiated by; sensors : what is recorded
+    emg_tells_bias : whether EMG tells how the person drives muscles without effects
 
     Raises
     ------
@@ -112,13 +112,15 @@ def respond(
     """
     move = movement(model, anchor, settings)
     point = move.solved(move.body, nominal_start(move, settings), settings.iterations)
-    if tells_habits and anchor.emg is not None:
-        move, point = move.with_habits(point, anchor.emg, recorder.electrodes, settings.iterations)
+    if emg_tells_bias and anchor.emg is not None:
+        move, point = move.with_control_bias(
+            point, anchor.emg, sensors.electrodes, settings.iterations
+        )
     move = with_state(move, point)
-    local = Linearised(move, move.body, point, anchor.duration_s, recorder)
+    local = Linearised(move, move.body, point, anchor.duration_s, sensors)
     levers, needed = _balance(move, point)
     sessions = session_records(anchor, settings)
-    return Response(
+    return TaskSignatures(
         task=task,
         anchor=anchor,
         nominal=local.observed,
@@ -153,9 +155,9 @@ def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
 
 
 def _signatures(
-    local: Linearised, effects: Sequence[Effect], anchor: Observed
+    local: Linearised, effects: Sequence[Effect], anchor: Observation
 ) -> tuple[tuple[Array, ...], ...]:
-    """Change (P, N, K) by each effect where it is absent, for each firmness."""
+    """Change (P, N, K) by each effect where it is absent, for each stiffness."""
     at = {effect.label: np.zeros(len(effect.params)) for effect in effects}
     conditions = {
         effect.label: local.conditions(effect, at[effect.label])
@@ -169,11 +171,13 @@ def _signatures(
         else record_derivative(effect, at[effect.label], anchor)
         for effect in effects
     ]
-    persons = [local if firmness == 1.0 else local.kept(firmness) for firmness in FIRMNESS]
+    fits_by_stiffness = [
+        local if stiffness == 1.0 else local.kept(stiffness) for stiffness in STIFFNESSES
+    ]
     return tuple(
         tuple(
             change + person.through(conditions[effect.label]) if effect.changes_body else change
             for effect, change in zip(effects, directly, strict=True)
         )
-        for person in persons
+        for person in fits_by_stiffness
     )

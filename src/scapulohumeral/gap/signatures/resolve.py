@@ -12,30 +12,30 @@ import numpy as np
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.nominal.optimal_movement import Movement, movement, with_state
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
-from scapulohumeral.gap.recording.observables import Recorder, difference
+from scapulohumeral.gap.recording.observables import SensorSetup, difference
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.linearise import Linearised, record_derivative
-from scapulohumeral.gap.signatures.of_tasks import Response
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 from scapulohumeral.ocp.sensitivity import Variant
 from scapulohumeral.ocp.solver import Start
 
 MARGIN = 1e-4
 
 
-def kept_movement(
-    model: ParticipantModel, response: Response, firmness: float, settings: GapSettings
+def stiffened_movement(
+    model: ParticipantModel, of_task: TaskSignatures, stiffness: float, settings: GapSettings
 ) -> Movement:
-    """The movement of a response, kept with a firmness, ready to be solved with effects."""
-    move = movement(model, response.anchor, settings).driven(response.drive)
-    return with_state(move, response.point).kept(response.point, firmness)
+    """The movement of a response, kept with a stiffness, ready to be solved with effects."""
+    move = movement(model, of_task.anchor, settings).driven(of_task.drive)
+    return with_state(move, of_task.point).kept(of_task.point, stiffness)
 
 
 def recorded_change(
-    effect: Effect, x: np.ndarray, response: Response
+    effect: Effect, x: np.ndarray, of_task: TaskSignatures
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change (N, K) of the record by an effect on it, and its derivative (P, N, K)."""
-    changed = effect.observe(response.anchor, effect.physical(x))
-    return difference(changed, response.anchor), record_derivative(effect, x, response.anchor)
+    changed = effect.observe(of_task.anchor, effect.physical(x))
+    return difference(changed, of_task.anchor), record_derivative(effect, x, of_task.anchor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +45,12 @@ class Resolve:
     Attributes
     ----------
     move : movement; response : its nominal solution
-    recorder : what is recorded; iterations : after which a solve counts as failed
+    sensors : what is recorded; iterations : after which a solve counts as failed
     """
 
     move: Movement
-    response: Response
-    recorder: Recorder
+    of_task: TaskSignatures
+    sensors: SensorSetup
     iterations: int
 
     def solved(
@@ -64,9 +64,9 @@ class Resolve:
         """
         body = effect.apply(self.move.body, effect.physical(x))
         point = self.move.solved(body, _inside(start, self.move.variant(body)), self.iterations)
-        duration = self.response.anchor.duration_s
-        local = Linearised(self.move, body, point, duration, self.recorder)
-        return difference(local.observed, self.response.nominal), local.by_effect(effect, x), point
+        duration = self.of_task.anchor.duration_s
+        local = Linearised(self.move, body, point, duration, self.sensors)
+        return difference(local.observed, self.of_task.nominal), local.by_effect(effect, x), point
 
 
 def _inside(start: Start, bounds: Variant) -> Start:

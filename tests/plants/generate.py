@@ -49,7 +49,7 @@ from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.motion import Motion, read_motion
-from scapulohumeral.model.muscle_geometry import load_geometry
+from scapulohumeral.model.muscle_paths.geometry import load_geometry
 from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle
 
 BATCH = 100

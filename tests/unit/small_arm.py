@@ -6,7 +6,7 @@ from arm import parameters
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack
-from scapulohumeral.model.muscle_geometry import ROTATION_FEATURES, MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import ROTATION_FEATURES, MuscleGeometry
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.objective import Objective, Weights
 

@@ -3,8 +3,8 @@
 import numpy as np
 from small_arm import NAMES, STEP, small_forces, small_motion, small_muscles, small_parameters
 
-from scapulohumeral.stages.model_files import ShoulderModel
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.problems.model_files import ShoulderModel
+from scapulohumeral.problems.posed_problem import (
     PosedProblem,
     SolveSettings,
     Target,

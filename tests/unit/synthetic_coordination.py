@@ -10,16 +10,16 @@ import numpy as np
 from synthetic_study import MUSCLES, model_record, write_json
 
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
-from scapulohumeral.model.pose_region import Region
+from scapulohumeral.model.muscle_paths.pose_region import Region
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.solution import Solution, write_solution
-from scapulohumeral.report.against import AgainstFiles, compare
+from scapulohumeral.problems.composite import Composite, compose
+from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.report.coordination import CoordinationFiles
-from scapulohumeral.stages.composite import Composite, compose
+from scapulohumeral.report.prediction.against import AgainstFiles, compare
 from scapulohumeral.stages.prediction import Condition
 from scapulohumeral.stages.prediction_summary import summarise_predictions
-from scapulohumeral.stages.problem_choices import ProblemChoices
 from scapulohumeral.stages.validation import summarise_validation
 
 CHANNELS = ("lateral_deltoid", "clavicular_pectoralis")

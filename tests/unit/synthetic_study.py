@@ -12,9 +12,9 @@ from skeleton import muscle, skeleton_record
 from scapulohumeral.model.participant import read_motion
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.solution import Solution, write_solution
+from scapulohumeral.quantities.tracking_metrics import tracking_metrics
 from scapulohumeral.report.study import ReportFiles
 from scapulohumeral.stages.summary import summarise
-from scapulohumeral.stages.tracking_metrics import tracking_metrics
 
 PARTICIPANTS = Path(__file__).parents[2] / "config/participants"
 MUSCLES = {

@@ -12,7 +12,8 @@ from small_posed import small_settings
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.scalers import Scalers
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.solving.solver import Start
+from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.stages.calibration import (
     CalibrationSettings,
     calibrated_muscles,
@@ -20,7 +21,6 @@ from scapulohumeral.stages.calibration import (
     read_scalers,
 )
 from scapulohumeral.stages.calibration_score import score
-from scapulohumeral.stages.muscle_scaling import muscle_groups
 from scapulohumeral.stages.refinement import Refined, RefinementSettings
 
 pytestmark = pytest.mark.unit

@@ -16,11 +16,11 @@ from small_arm import (
 )
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.ocp import checkpoint, initial_guess
-from scapulohumeral.ocp.checkpoint import ITERATE, Checkpoint, Iterate, content_hash
-from scapulohumeral.ocp.coarse_to_fine import solve_coarse_to_fine
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import SolverSettings, Start
+from scapulohumeral.ocp.solving import checkpoint, initial_guess
+from scapulohumeral.ocp.solving.checkpoint import ITERATE, Checkpoint, Iterate, content_hash
+from scapulohumeral.ocp.solving.coarse_to_fine import solve_coarse_to_fine
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start
 
 pytestmark = pytest.mark.unit
 

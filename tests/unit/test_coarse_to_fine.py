@@ -14,11 +14,11 @@ from small_arm import (
     small_parameters,
 )
 
-from scapulohumeral.ocp import initial_guess
-from scapulohumeral.ocp.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
-from scapulohumeral.ocp.mesh_transfer import transfer
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
+from scapulohumeral.ocp.solving.mesh_transfer import transfer
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
 

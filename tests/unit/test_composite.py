@@ -8,7 +8,7 @@ from synthetic_study import solution
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import relative_angle
-from scapulohumeral.stages.composite import compose, composite_target
+from scapulohumeral.problems.composite import compose, composite_target
 
 pytestmark = pytest.mark.unit
 

@@ -14,7 +14,7 @@ from scapulohumeral.gap.nominal.loaded_collocation import body_bounds
 from scapulohumeral.gap.nominal.optimal_movement import HASTY, PATIENT, gh_elevation, with_state
 from scapulohumeral.model.rotations import quaternion_multiply, rotation_vector_to_quaternion
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.solving.solver import Start
 
 pytestmark = pytest.mark.unit
 

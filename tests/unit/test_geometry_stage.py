@@ -7,14 +7,14 @@ import pytest
 from arm import HILL_RECORD
 
 from scapulohumeral.model.motion import ANGLE_COLUMNS
-from scapulohumeral.model.muscle_fit import FitSettings
+from scapulohumeral.model.muscle_paths.fit import FitSettings
+from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
     trial_to_pose,
 )
-from scapulohumeral.model.thorax_clearance import segment_frames
 from scapulohumeral.stages import geometry
 
 pytestmark = pytest.mark.unit

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.ocp import initial_guess
+from scapulohumeral.ocp.solving import initial_guess
 
 pytestmark = pytest.mark.unit
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.muscle_paths.opensim_sampling import inverse_dynamics
+from scapulohumeral.model.muscle_paths.pose_region import recorded_angles
 from scapulohumeral.model.opensim_model import model_record, participant_model
-from scapulohumeral.model.opensim_sampling import inverse_dynamics
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import recorded_angles
 from scapulohumeral.model.tables import read_tables
 
 pytestmark = pytest.mark.opensim

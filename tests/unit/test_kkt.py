@@ -16,11 +16,9 @@ from small_arm import (
 
 from scapulohumeral.dynamics.parameters import scalar_names
 from scapulohumeral.errors import ConfigError, SolveError
-from scapulohumeral.ocp import initial_guess
-from scapulohumeral.ocp.kkt import assemble_kkt, certificate
-from scapulohumeral.ocp.mumps import SymmetricFactors
-from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.sensitivity import (
+from scapulohumeral.ocp.optimality.kkt import assemble_kkt, certificate
+from scapulohumeral.ocp.optimality.mumps import SymmetricFactors
+from scapulohumeral.ocp.optimality.sensitivity import (
     adjoint,
     condition_derivatives,
     covariance,
@@ -28,7 +26,9 @@ from scapulohumeral.ocp.sensitivity import (
     sensitivity,
     variant,
 )
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
 

@@ -11,7 +11,7 @@ import pytest
 from reintegration import reintegrated
 from small_posed import small_posed, small_settings, small_target
 
-from scapulohumeral.stages.posed_problem import read_result, solve_posed
+from scapulohumeral.problems.posed_problem import read_result, solve_posed
 
 pytestmark = pytest.mark.unit
 

@@ -5,13 +5,13 @@ import pytest
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.model.muscle_geometry import (
+from scapulohumeral.model.muscle_paths.geometry import (
     ROTATION_FEATURES,
     MuscleGeometry,
     straight_coefficients,
 )
+from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.model.thorax_clearance import segment_frames
 
 pytestmark = pytest.mark.unit
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError, ModelError
-from scapulohumeral.model import muscle_fit, muscle_geometry
-from scapulohumeral.model.muscle_fit import FitSamples, FitSettings
+from scapulohumeral.model.muscle_paths import fit as muscle_fit
+from scapulohumeral.model.muscle_paths import geometry as muscle_geometry
+from scapulohumeral.model.muscle_paths.fit import FitSamples, FitSettings
+from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.rotations import quaternion_to_matrix, rotation_vector_to_quaternion
-from scapulohumeral.model.thorax_clearance import segment_frames
 
 pytestmark = pytest.mark.unit
 

@@ -14,11 +14,16 @@ import pytest
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
-from scapulohumeral.model import opensim_sampling as sampling
 from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.muscle_paths import opensim_sampling as sampling
+from scapulohumeral.model.muscle_paths.pose_region import Region, draw_poses, recorded_poses
+from scapulohumeral.model.muscle_paths.thorax_clearance import (
+    attachment_levels,
+    is_clear,
+    segment_frames,
+)
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_file import list_participants
-from scapulohumeral.model.pose_region import Region, draw_poses, recorded_poses
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     pose_to_trial,
@@ -27,7 +32,6 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from scapulohumeral.model.tables import read_tables
-from scapulohumeral.model.thorax_clearance import attachment_levels, is_clear, segment_frames
 
 pytestmark = pytest.mark.opensim
 

@@ -16,13 +16,13 @@ from small_arm import (
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import quaternion_multiply
-from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp import problem as ocp_problem
-from scapulohumeral.ocp.kkt import certificate
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Weights
+from scapulohumeral.ocp.optimality.kkt import certificate
 from scapulohumeral.ocp.problem import Bounds, Problem
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
 

@@ -17,13 +17,13 @@ from arm import arm_from_angles, parameters
 from skeleton import BALL, skeleton_record
 
 from scapulohumeral.errors import DataError, ModelError
-from scapulohumeral.model.muscle_geometry import straight_coefficients
+from scapulohumeral.model.muscle_paths.geometry import straight_coefficients
 from scapulohumeral.model.rotations import quaternion_to_matrix, trial_to_pose
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import LENGTH_STEP_M, player_html
 from scapulohumeral.player.scene import SEGMENTS, Scene, positions
+from scapulohumeral.quantities.joint_loading import glenohumeral_load
 from scapulohumeral.report.player import build_scene, segment_poses
-from scapulohumeral.stages.joint_loading import glenohumeral_load
 
 pytestmark = pytest.mark.unit
 

@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.pose_region import Region, draw_angles, draw_poses
+from scapulohumeral.model.muscle_paths.pose_region import Region, draw_angles, draw_poses
+from scapulohumeral.model.muscle_paths.thorax_clearance import (
+    attachment_levels,
+    is_clear,
+    segment_frames,
+)
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
     relative_angle,
     rotation_vector_to_quaternion,
     trial_to_pose,
 )
-from scapulohumeral.model.thorax_clearance import attachment_levels, is_clear, segment_frames
 
 pytestmark = pytest.mark.unit
 

@@ -10,14 +10,14 @@ from small_posed import GLENOID, WEIGHTS, small_model, small_posed, small_settin
 
 from scapulohumeral.dynamics.hill import force_derivatives
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.ocp import checkpoint
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory, Weights
 from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.ocp.solver import Start
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.ocp.solving import checkpoint
+from scapulohumeral.ocp.solving.solver import Start
+from scapulohumeral.problems.posed_problem import (
     _checkpoint,
     header,
     make_objective,

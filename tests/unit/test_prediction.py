@@ -14,8 +14,8 @@ from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.solution import write_solution
-from scapulohumeral.stages.composite import compose
-from scapulohumeral.stages.model_files import ModelFiles
+from scapulohumeral.problems.composite import compose
+from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.stages.prediction import (
     TRACKED,
     Condition,

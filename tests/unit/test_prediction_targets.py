@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from scapulohumeral.report.judged import Judged
-from scapulohumeral.report.prediction_targets import (
+from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.prediction.targets import (
     participants_table,
     published_verdicts,
     recording_verdicts,

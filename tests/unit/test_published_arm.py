@@ -15,14 +15,14 @@ from scapulohumeral.model.published_arm import (
     with_recorded_girdle,
 )
 from scapulohumeral.model.rotations import relative_angle, trial_to_pose
-from scapulohumeral.report.paper import RHYTHM
-from scapulohumeral.stages.rhythm import range_rhythm
-from scapulohumeral.stages.segment_angles import (
+from scapulohumeral.quantities.rhythm import range_rhythm
+from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.stages.tracking_metrics import segment_orientations
+from scapulohumeral.quantities.tracking_metrics import segment_orientations
+from scapulohumeral.report.published.paper import RHYTHM
 
 pytestmark = pytest.mark.unit
 

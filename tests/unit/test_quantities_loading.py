@@ -7,15 +7,15 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.ocp.cost_terms import stability_errors
-from scapulohumeral.stages.joint_loading import (
+from scapulohumeral.quantities.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
     glenohumeral_load,
     glenoid_angles,
     superior_inferior_limit,
     superior_inferior_share,
 )
-from scapulohumeral.stages.muscle_groups import group_activation, group_force, group_table
-from scapulohumeral.stages.quantities import PredictionCase, plane_rows, rhythm_rows
+from scapulohumeral.quantities.muscle_groups import group_activation, group_force, group_table
+from scapulohumeral.quantities.prediction_rows import PredictionCase, plane_rows, rhythm_rows
 
 pytestmark = pytest.mark.unit
 

@@ -9,7 +9,7 @@ from small_arm import small_forces, small_motion, small_muscles
 from scapulohumeral.dynamics.hill import force_derivatives
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.stages.joint_moments import (
+from scapulohumeral.quantities.joint_moments import (
     DIRECTIONS,
     JointMoments,
     joint_moments,

@@ -10,8 +10,8 @@ from scapulohumeral.model.rotations import (
     quaternion_conjugate,
     quaternion_multiply,
 )
-from scapulohumeral.stages.rhythm import PHASES, phase_rhythm, rhythm_by_plane, rising_part
-from scapulohumeral.stages.segment_angles import thorax_angles
+from scapulohumeral.quantities.rhythm import PHASES, phase_rhythm, rhythm_by_plane, rising_part
+from scapulohumeral.quantities.segment_angles import thorax_angles
 
 pytestmark = pytest.mark.unit
 

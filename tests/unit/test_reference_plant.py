@@ -14,7 +14,7 @@ from scapulohumeral import provenance
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.recording import read_recording
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.stages.muscle_scaling import muscle_groups
+from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.stages.reference_plant import (
     plant_muscles,
     read_plant,

@@ -12,7 +12,7 @@ from scapulohumeral.emg.accuracy import GAIN_BIAS, correlation_time_s, noise_sd
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.scalers import Scalers
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.stages.refinement import Evidence, RefinementSettings, refine
 
 pytestmark = pytest.mark.unit

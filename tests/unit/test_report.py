@@ -16,14 +16,16 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.result import to_json
-from scapulohumeral.report import gap_tables, kinematics, targets
+from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.report import targets
 from scapulohumeral.report.assumptions import find_assumptions
 from scapulohumeral.report.chapters import gap_chapter
-from scapulohumeral.report.gimbal import gimbal_lock, spike_sentence, spikes
+from scapulohumeral.report.drawing import curves as kinematics
+from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.render import clavicle_point, render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.tables import mass_judgement, masses, published_comparison
-from scapulohumeral.stages.segment_angles import thorax_angles
+from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, spikes
 
 pytestmark = pytest.mark.unit
 

@@ -9,11 +9,9 @@ import pytest
 import synthetic_coordination
 import synthetic_study
 
-from scapulohumeral.report import paper
-from scapulohumeral.report.against import read_predictions
-from scapulohumeral.report.calibration_figures import emg_quality, scaler_table
+from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
-from scapulohumeral.report.comparison import comparison, published_plane, published_rhythm_table
 from scapulohumeral.report.coordination import Cases, Coordination, CoordinationFiles
 from scapulohumeral.report.coordination_targets import (
     channel_reductions,
@@ -23,14 +21,20 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
-from scapulohumeral.report.ladder import ladder_figure, ladder_rows, ladder_table
-from scapulohumeral.report.loading_figures import sweep_figure
-from scapulohumeral.report.prediction_figures import prediction_kinematics
-from scapulohumeral.report.prediction_tables import prediction_solves, starts
+from scapulohumeral.report.prediction.against import read_predictions
+from scapulohumeral.report.prediction.figures import prediction_kinematics
+from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
+from scapulohumeral.report.prediction.loading import sweep_figure
+from scapulohumeral.report.prediction.tables import prediction_solves, starts
+from scapulohumeral.report.published import paper
+from scapulohumeral.report.published.comparison import (
+    comparison,
+    published_plane,
+    published_rhythm_table,
+)
 from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
-from scapulohumeral.report.validation_figures import reduction_table, task_figures
-from scapulohumeral.stages.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.report.validation.figures import reduction_table, task_figures
 
 pytestmark = pytest.mark.unit
 

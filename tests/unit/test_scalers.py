@@ -18,12 +18,12 @@ from scapulohumeral.dynamics.hill import fibre_length_derivatives, force_derivat
 from scapulohumeral.emg.channels import channel_means
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.rotations import pose_to_trial
-from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import Trajectory, Weights
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.scalers import Scalers
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
 

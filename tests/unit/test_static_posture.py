@@ -10,7 +10,7 @@ from small_arm import small_motion
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack
-from scapulohumeral.model.muscle_geometry import ROTATION_FEATURES, MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import ROTATION_FEATURES, MuscleGeometry
 from scapulohumeral.model.rotations import (
     pose_to_trial,
     quaternion_multiply,

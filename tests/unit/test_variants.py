@@ -9,13 +9,13 @@ from small_arm import small_muscles
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.stages.problem_choices import (
+from scapulohumeral.problems.problem_choices import (
     ProblemChoices,
     chosen_bounds,
     chosen_parameters,
     without_force,
 )
-from scapulohumeral.stages.variants import Variant, ladder, model_name, named_variants
+from scapulohumeral.problems.variants import Variant, ladder, model_name, named_variants
 
 pytestmark = pytest.mark.unit
 

@@ -44,7 +44,7 @@ rule test_results:
             "tests/reintegration.py",
             *sorted(str(path) for path in Path("tests/results").glob("*.py")),
         ],
-        code=code_of("scapulohumeral.stages.model_files", "scapulohumeral.report.targets"),
+        code=code_of("scapulohumeral.problems.model_files", "scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:

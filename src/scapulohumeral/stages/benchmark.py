@@ -19,13 +19,13 @@ from scipy import sparse
 from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 from scapulohumeral.ocp.opty_adapter import ConstraintCollocator
 from scapulohumeral.ocp.plain_opty import symbolic_equations
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
-from scapulohumeral.stages.model_files import ModelFiles
-from scapulohumeral.stages.posed_problem import PosedProblem, SolveSettings
+from scapulohumeral.ocp.solving.solver import Result, SolverSettings, Start, solve
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.problems.posed_problem import PosedProblem, SolveSettings
 from scapulohumeral.stages.tracking import pose_tracking, read_trial
 
 OBJECTIVE_SHARE = 1e-4

@@ -22,7 +22,7 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.rotations import Array, pose_to_trial
 from scapulohumeral.ocp.cost_terms import PoseErrors, pose_errors, stability_errors
-from scapulohumeral.ocp.initial_guess import relieve_contact
+from scapulohumeral.ocp.solving.initial_guess import relieve_contact
 
 REACTION_N = 100.0
 ROW_UNITS = np.array([1.0] * 10 + [REACTION_N] * 3)

@@ -10,8 +10,8 @@ import ezc3d
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from scapulohumeral.laboratory.girdle_rules import rest_scapula_in_clavicle
 from scapulohumeral.model.tables import ModelTables, read_tables
-from scapulohumeral.recordings.girdle_rules import rest_scapula_in_clavicle
 
 TABLES_FOLDER = Path(__file__).parents[3] / "config" / "model"
 RATE_HZ = 100.0

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from scapulohumeral import cli
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Settings, convert_markers
+from scapulohumeral.laboratory.markers.landmarks import calibrate
+from scapulohumeral.laboratory.markers.marker_map import read_marker_map
+from scapulohumeral.laboratory.page import scene_of
 from scapulohumeral.player.scene import positions
-from scapulohumeral.recordings.checks import Limits
-from scapulohumeral.recordings.convert import Settings, convert_markers
-from scapulohumeral.recordings.landmarks import calibrate
-from scapulohumeral.recordings.marker_map import read_marker_map
-from scapulohumeral.recordings.page import scene_of
 
 pytestmark = pytest.mark.unit
 MODEL = made.tables()

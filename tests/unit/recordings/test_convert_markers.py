@@ -8,18 +8,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.motion import read_motion
-from scapulohumeral.recordings.checks import Limits
-from scapulohumeral.recordings.convert import Outcome, Settings, convert_markers, write_outcomes
-from scapulohumeral.recordings.girdle_rules import (
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Outcome, Settings, convert_markers, write_outcomes
+from scapulohumeral.laboratory.girdle_rules import (
     REST_CLAVICLE_DEG,
     REST_SCAPULA_DEG,
     regressed_girdle,
 )
-from scapulohumeral.recordings.glenohumeral import fit_centre, meskers_centre
-from scapulohumeral.recordings.landmarks import calibrate
-from scapulohumeral.recordings.marker_map import read_marker_map
-from scapulohumeral.recordings.record import read_channels
+from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
+from scapulohumeral.laboratory.markers.landmarks import calibrate
+from scapulohumeral.laboratory.markers.marker_map import read_marker_map
+from scapulohumeral.laboratory.record import read_channels
+from scapulohumeral.model.motion import read_motion
 
 pytestmark = pytest.mark.unit
 MODEL = made.tables()

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.model.motion import read_motion
-from scapulohumeral.recordings.girdle_rules import (
+from scapulohumeral.laboratory.girdle_rules import (
     clavicle_direction_angles,
     clavicle_rotation,
     regressed_girdle,
     rest_scapula_in_clavicle,
 )
-from scapulohumeral.recordings.trial import REGRESSED_UNCERTAINTY_DEG
+from scapulohumeral.laboratory.trial import REGRESSED_UNCERTAINTY_DEG
+from scapulohumeral.model.motion import read_motion
 
 pytestmark = pytest.mark.unit
 PARTICIPANTS = made.TABLES_FOLDER.parent / "participants"

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Outcome, Settings, convert_motions
+from scapulohumeral.laboratory.motions.opensim_motion import read_model_map
 from scapulohumeral.model.opensim_model import build_model
 from scapulohumeral.model.rotations import ANGLE_NAMES
-from scapulohumeral.recordings.checks import Limits
-from scapulohumeral.recordings.convert import Outcome, Settings, convert_motions
-from scapulohumeral.recordings.opensim_motion import read_model_map
 
 pytestmark = pytest.mark.opensim
 MODEL = made.tables()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.recordings.checks import Limits
-from scapulohumeral.recordings.convert import Outcome, Settings, convert_orientations
-from scapulohumeral.recordings.orientations import ISB_AXES, read_orientation_map
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Outcome, Settings, convert_orientations
+from scapulohumeral.laboratory.motions.orientations import ISB_AXES, read_orientation_map
 
 pytestmark = pytest.mark.unit
 MODEL = made.tables()

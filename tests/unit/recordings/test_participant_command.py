@@ -8,9 +8,9 @@ import pytest
 
 from scapulohumeral import cli
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
+from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
-from scapulohumeral.recordings.body_size import Body, scale_factors, segment_masses, total_mass
 
 pytestmark = pytest.mark.unit
 MODEL = made.tables()

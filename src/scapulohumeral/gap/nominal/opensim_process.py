@@ -19,13 +19,13 @@ import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
+from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
+from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.opensim_model import model_record, participant_model
-from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
-from scapulohumeral.model.thorax_clearance import is_clear
 
 CASE = "case"
 REFUSED = 2

@@ -25,14 +25,14 @@ from scapulohumeral.model.rotations import (
     quaternion_to_matrix,
     trial_to_pose,
 )
-from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
+from scapulohumeral.ocp.optimality.sensitivity import Variant, variant
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.sensitivity import Variant, variant
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import muscle_patterns
-from scapulohumeral.stages.joint_loading import superior_inferior_share
+from scapulohumeral.quantities.joint_loading import superior_inferior_share
 
 BARRIER = 1e-5
 

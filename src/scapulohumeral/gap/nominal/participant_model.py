@@ -35,8 +35,8 @@ from scapulohumeral.errors import ConfigError, ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapParticipant, GapTrial
 from scapulohumeral.gap.recording.movement_window import resampled, smoothed
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
-from scapulohumeral.model.muscle_fit import FitSettings
-from scapulohumeral.model.muscle_geometry import load_geometry, save_geometry
+from scapulohumeral.model.muscle_paths.fit import FitSettings
+from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax

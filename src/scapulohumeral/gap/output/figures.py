@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from scapulohumeral.gap.curve_files import MODEL, REFERENCE
 from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
 from scapulohumeral.gap.result import Diagnosis, Shrinkage
-from scapulohumeral.report.svg import COLOURS, LETTERS_PER_INCH, Drawing, Picture, styled
+from scapulohumeral.report.drawing.svg import COLOURS, LETTERS_PER_INCH, Drawing, Picture, styled
 
 # Orange to purple: told apart by colour-blind people, symmetric about white.
 DIVERGING = "PuOr_r"

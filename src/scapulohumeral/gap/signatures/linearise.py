@@ -32,9 +32,9 @@ from scapulohumeral.model.rotations import (
     rotation_vector_to_quaternion,
     trial_to_pose,
 )
-from scapulohumeral.ocp.kkt import KktSystem, assemble_kkt
-from scapulohumeral.ocp.sensitivity import condition_derivatives, sensitivity
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.optimality.kkt import KktSystem, assemble_kkt
+from scapulohumeral.ocp.optimality.sensitivity import condition_derivatives, sensitivity
+from scapulohumeral.ocp.solving.solver import Start
 
 # Differences of smooth functions of order one.
 STEP = 1e-4

@@ -32,7 +32,7 @@ from scapulohumeral.gap.signatures.nuisances import SMOOTH, SMOOTH_SHARES, sessi
 from scapulohumeral.model.rotations import (
     Array,
 )
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.solving.solver import Start
 
 # How firmly a person may keep a movement against an effect, in units of the tracking weight that
 # recordings without effects are followed with. Of 20 opened blind cases of one effect on the body

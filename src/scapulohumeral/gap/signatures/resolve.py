@@ -16,8 +16,8 @@ from scapulohumeral.gap.recording.observables import SensorSetup, difference
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.linearise import Linearised, record_derivative
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
-from scapulohumeral.ocp.sensitivity import Variant
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.optimality.sensitivity import Variant
+from scapulohumeral.ocp.solving.solver import Start
 
 MARGIN = 1e-4
 

@@ -15,7 +15,7 @@ import argparse
 import json
 import secrets
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -171,11 +171,14 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
         for plan in waiting:
             recordings = traces[plan.id]
             wanted = bool(plan.injections) and not plan.faint and attempt < SHOWN_ATTEMPTS
-            possible = recordings is not None and _steady(recordings)
-            if not possible or (wanted and not _shown(plan, recordings)):
-                again.append(redrawn(plan, attempt))
-            else:
+            if (
+                recordings is not None
+                and _steady(recordings)
+                and (not wanted or _shown(plan, recordings))
+            ):
                 yield plan, _with_noise(plan, recordings)
+            else:
+                again.append(redrawn(plan, attempt))
         print(f"draw {attempt}: {len(again)} of {len(waiting)} to be drawn again", flush=True)
         waiting = again
         if not waiting:
@@ -384,7 +387,7 @@ def _write_table(path: Path, columns: Sequence[str], trial: Recording, values: n
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.5f")
 
 
-def _write_participant(plan: Plan, model: dict, scale: dict, folder: Path) -> None:
+def _write_participant(plan: Plan, model: Mapping, scale: Mapping, folder: Path) -> None:
     document = {
         "schema": "participant/1",
         "id": f"case-{plan.id}",

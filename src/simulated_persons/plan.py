@@ -118,7 +118,7 @@ def _plan(
     rng: np.random.Generator, kind: str, families: tuple[Draw, ...], participant: str
 ) -> Plan:
     injections = tuple(sorted((draw(rng) for draw in families), key=lambda i: i.label))
-    modes = MODES
+    modes: tuple[tuple[bool, bool, float], ...] = MODES
     if kind == "salted":
         modes = tuple(mode for mode in MODES if not mode[0])
     elif any(i.label.startswith(WITHOUT_EMG) for i in injections):

@@ -87,7 +87,8 @@ def finished_diagnosis(**changes) -> Diagnosis:
         "mode": "reference",
         "inputs": Inputs("anna", ("a_r2",), ("a_r1",), ("a",), Channels(True, True, False)),
         "gap": Gap(
-            True, 0.002, "max_t", 7.2, 4.1, "repeats", Size(5.3, (4.4, 6.3)), Feasibility(True, 12.0),
+            True, 0.002, "max_t", 7.2, 4.1, "repeats", Size(5.3, (4.4, 6.3)),
+            Feasibility(True, 12.0),
             (Detectable(STRENGTH, "f0_factor", 0.81, "1", 0.8),),
         ),
         "regions": Regions(

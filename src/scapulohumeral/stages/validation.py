@@ -1,5 +1,6 @@
-"""Daily tasks that no calibration has seen: excitations with generic and calibrated muscles
-against EMG (paper, section on muscle parameter adjustment).
+"""Daily tasks that no calibration has seen: excitations of both kinds of muscles against EMG.
+
+Muscles are generic or calibrated (paper, section on muscle parameter adjustment).
 
 Letters: N nodes, C channels.
 """

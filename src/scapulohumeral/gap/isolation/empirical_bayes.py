@@ -55,8 +55,8 @@ class Evidence:
     referenced : whether the difference is that to reference trials, else to the prediction
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
-    fits_by_stiffness : all effects fitted to derivatives at the nominal solutions, for each stiffness with
-        which the person may keep the movement, the most probable first
+    fits_by_stiffness : all effects fitted to derivatives at the nominal solutions, for each
+        stiffness with which the person may keep the movement, the most probable first
     """
 
     residual: Residual

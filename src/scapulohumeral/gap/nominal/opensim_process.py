@@ -1,9 +1,10 @@
 """The part of a participant's model that needs opensim, run as a process of its own.
 
-``python -m scapulohumeral.gap.nominal.opensim_process FOLDER`` reads ``FOLDER/case/participant.yaml`` with
-its recordings and ``FOLDER/settings.json``, and writes ``model.json`` and ``samples.npz`` there,
-by the functions of the study. opensim and casadi cannot share a process. The trials that shape the
-model (fibre lengths, thorax surfaces) are named in the settings; muscles are sampled near all.
+``python -m scapulohumeral.gap.nominal.opensim_process FOLDER`` reads
+``FOLDER/case/participant.yaml`` with its recordings and ``FOLDER/settings.json``, and writes
+``model.json`` and ``samples.npz`` there, by the functions of the study. opensim and casadi cannot
+share a process. The trials that shape the model (fibre lengths, thorax surfaces) are named in the
+settings; muscles are sampled near all.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ import jinja2
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
 
-TEMPLATE = "report.html.j2"
+TEMPLATE = "page.html.j2"
 # What each kind of missing data costs, said at the top of the page.
 COSTS = {
     "reference": "No reference trials of the same person: errors of the model itself cannot be "
@@ -39,7 +39,7 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
     command : the command that made it, printed under Downloads
     """
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.gap", "."),
+        loader=jinja2.PackageLoader("scapulohumeral.gap.output", "."),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

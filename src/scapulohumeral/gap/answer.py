@@ -110,7 +110,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     return Diagnosis(
         status=status,
         status_reason=why,
-        mode=found.case.mode,
+        mode="reference" if evidence.referenced else "no_reference",
         inputs=describe_inputs(found.case),
         gap=gap,
         regions=regions,
@@ -126,9 +126,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         robustness=robust,
         warnings=tuple(warnings),
         curves={
-            "shows": shows_table(
-                evidence.residual, found.map, found.halves if found.present else ()
-            ),
+            "shows": shows_table(evidence.residual, found.map, halves),
             "enters": enters_table(entering),
             **_tables_of_causes(evidence, found.judged),
             **_only_with_a_gap(variants, without_cause),

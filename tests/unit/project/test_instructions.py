@@ -228,7 +228,7 @@ def test_bank_ignores_what_comes_after_thresholds(edited: Edit, bank_before: str
         ("gap.blind_scores", "import", "# Scores.\nimport"),
         ("gap.blind_scores", "LARGE_MULTIPLE = ", "LARGE_MULTIPLE = 2 * "),
         ("gap.cli", "EXIT_CODES = ", "EXIT_CODES = ''"),
-        ("gap.figures", "MOST_PANELS = 9", "MOST_PANELS = 8"),
+        ("gap.output.figures", "MOST_PANELS = 9", "MOST_PANELS = 8"),
         ("gap.decide", "LARGEST_DOUBT = ", "# Doubt.\nLARGEST_DOUBT = "),
     ],
 )
@@ -242,7 +242,7 @@ def test_code_that_answered_is_the_same(
     ("module", "old", "new"),
     [
         ("gap.decide", "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "),
-        ("gap.trials", "strict=True", "strict=False"),
+        ("gap.recording.trials", "strict=True", "strict=False"),
         ("ocp.layout", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
         ("model.opensim_model", "strict=True", "strict=False"),
     ],

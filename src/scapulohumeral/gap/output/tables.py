@@ -1,4 +1,4 @@
-"""The tables behind the figures of a diagnosis, by the rows of `gap.curves`."""
+"""The tables behind the figures of a diagnosis, by the rows of `gap.curve_files`."""
 
 from __future__ import annotations
 

@@ -201,12 +201,16 @@ def test_bank_survives_moves_of_its_modules(copied: Path, tmp_path: Path, bank_b
 @pytest.mark.parametrize(
     ("module", "old", "new"),
     [
-        ("decide", "PAIRS = ", "PAIRS = 2.0 * "),
-        ("library", "    joint_damping,\n    st_contact,", "    st_contact,\n    joint_damping,"),
-        ("case", "sorted(kept)", "reversed(sorted(kept))"),
+        ("isolation.priors", "PAIRS = ", "PAIRS = 2.0 * "),
+        (
+            "effects.library",
+            "    joint_damping,\n    st_contact,",
+            "    st_contact,\n    joint_damping,",
+        ),
+        ("recording.case", "sorted(kept)", "reversed(sorted(kept))"),
         ("effects.emd", "60.0,", "61.0,"),
-        ("movement", "CUTOFF_HZ = ", "CUTOFF_HZ = 2.0 * "),
-        ("bank_build", "settings.alpha / 2.0", "settings.alpha / 3.0"),
+        ("recording.movement_window", "CUTOFF_HZ = ", "CUTOFF_HZ = 2.0 * "),
+        ("benchmark.null_bank_build", "settings.alpha / 2.0", "settings.alpha / 3.0"),
     ],
 )
 def test_bank_follows_what_thresholds_depend_on(
@@ -218,18 +222,18 @@ def test_bank_follows_what_thresholds_depend_on(
 def test_bank_ignores_what_comes_after_thresholds(edited: Edit, bank_before: str) -> None:
     """Probabilities of causes are tuned without a new bank."""
     change = "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "
-    assert bank_code(edited("gap.decide", *change)) == bank_before
+    assert bank_code(edited("gap.isolation.doubts", *change)) == bank_before
 
 
 @pytest.mark.parametrize(
     ("module", "old", "new"),
     [
         # A comment of the scorer, and even what it does.
-        ("gap.blind_scores", "import", "# Scores.\nimport"),
-        ("gap.blind_scores", "LARGE_MULTIPLE = ", "LARGE_MULTIPLE = 2 * "),
+        ("gap.benchmark.score_card", "import", "# Scores.\nimport"),
+        ("gap.benchmark.scored_case", "LARGE_MULTIPLE = ", "LARGE_MULTIPLE = 2 * "),
         ("gap.cli", "EXIT_CODES = ", "EXIT_CODES = ''"),
         ("gap.output.figures", "MOST_PANELS = 9", "MOST_PANELS = 8"),
-        ("gap.decide", "LARGEST_DOUBT = ", "# Doubt.\nLARGEST_DOUBT = "),
+        ("gap.isolation.doubts", "LARGEST_DOUBT = ", "# Doubt.\nLARGEST_DOUBT = "),
     ],
 )
 def test_code_that_answered_is_the_same(
@@ -241,7 +245,7 @@ def test_code_that_answered_is_the_same(
 @pytest.mark.parametrize(
     ("module", "old", "new"),
     [
-        ("gap.decide", "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "),
+        ("gap.isolation.doubts", "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "),
         ("gap.recording.trials", "strict=True", "strict=False"),
         ("ocp.layout", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
         ("model.opensim_model", "strict=True", "strict=False"),

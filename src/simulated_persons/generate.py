@@ -1,7 +1,7 @@
 """Generate blind cases: trials and participant files for the diagnosis, keys for whoever scores.
 
-Usage: ``python -m simulated_persons.generate --cases N --results DIR --participants DIR --names NAME ...
---out DIR --keys DIR`` with ``tests`` on the Python path. Keys must lie outside the checkout; the
+Usage: ``python -m simulated_persons.generate --cases N --results DIR --participants DIR
+--names NAME ... --out DIR --keys DIR``. Keys must lie outside the checkout; the
 seed, drawn unless ``--seed`` gives it, is kept with them in ``draw.json``: it tells every cause.
 
 A case folder holds ``participant.yaml``, ``model.yaml``, ``test/TASK_rN.csv``, companions of EMG

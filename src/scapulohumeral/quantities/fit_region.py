@@ -1,7 +1,8 @@
 """Which poses of a solution lie among those that muscle paths were fitted to.
 
 The fit draws a recorded frame, turns the scapula under the arm within an interval and every joint
-by a margin (scapulohumeral.model.muscle_paths.pose_region). A pose is inside if some frame and turn reach it.
+by a margin (scapulohumeral.model.muscle_paths.pose_region). A pose is inside if some frame and turn
+reach it.
 
 Letters: N nodes, F recorded frames, K turns.
 """

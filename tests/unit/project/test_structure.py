@@ -6,19 +6,23 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.unit
+
 # Packages and single modules from the lowest floor up. A module may import from floors below its
 # own, and from its own. Those in one row know nothing of each other.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors",),
     ("provenance",),
-    ("instructions", "configuration"),
+    ("instructions",),
     ("model",),
+    ("configuration",),
     ("dynamics", "emg"),
     ("ocp",),
     ("quantities",),
     ("problems",),
     ("stages",),
-    ("report",),
+    ("study", "player"),
+    ("report", "laboratory"),
     ("gap.labels", "gap.settings", "gap.parallel"),
     ("gap.effects",),
     ("gap.recording",),
@@ -34,6 +38,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("gap.run",),
     ("gap.benchmark",),
     ("gap.cli",),
+    ("cli",),
 )
 # One module per family of effects.
 MOST_MODULES, UNLIMITED = 15, {"gap/effects"}

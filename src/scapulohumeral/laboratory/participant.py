@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -144,6 +144,27 @@ def write_study_participant(
     ConfigError                      names that the study cannot use
     DataError                        a trial table cannot be read
     """
+    _check_names(person, trials)
+    for table in trials.values():
+        read_motion(table)
+    own = folder / person.id
+    own.mkdir(parents=True, exist_ok=True)
+    for name, table in trials.items():
+        _copy(table, own / f"{name}.csv")
+    path = own / PARTICIPANT_FILE
+    _write(
+        path,
+        _study_document(person, tables, trials),
+        "Scale factors from landmarks; mass.published_total_kg gives the arm the mass that de Leva "
+        "1996\n# gives for this body mass. Set hand_load_kg and daily_task where they apply.",
+    )
+    # The reader of the study has the last word on what it can use.
+    read_participant(folder, person.id)
+    return path
+
+
+def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
+    """Refuse names that the study cannot use."""
     if not re.fullmatch(r"[a-z0-9]+", person.id):
         raise ConfigError(f"id '{person.id}': expected small letters and digits. Rename it.")
     wrong = [name for name in trials if not re.fullmatch(r"[a-z0-9_]+", name)]
@@ -151,14 +172,12 @@ def write_study_participant(
         raise ConfigError(
             f"trial {', '.join(wrong)}: expected small letters, digits and _. Rename the tables."
         )
-    for table in trials.values():
-        read_motion(table)
+
+
+def _study_document(person: Person, tables: ModelTables, trials: Iterable[str]) -> dict[str, Any]:
+    """Content of participant.yaml of a participant of the study."""
     masses = segment_masses(person.body, tables)
-    own = folder / person.id
-    own.mkdir(parents=True, exist_ok=True)
-    for name, table in trials.items():
-        _copy(table, own / f"{name}.csv")
-    document = {
+    return {
         "schema": "participant/1",
         "id": person.id,
         "side": "right",
@@ -181,16 +200,6 @@ def write_study_participant(
             for name in trials
         },
     }
-    path = own / PARTICIPANT_FILE
-    _write(
-        path,
-        document,
-        "Scale factors from landmarks; mass.published_total_kg gives the arm the mass that de Leva "
-        "1996\n# gives for this body mass. Set hand_load_kg and daily_task where they apply.",
-    )
-    # The reader of the study has the last word on what it can use.
-    read_participant(folder, person.id)
-    return path
 
 
 def _copy(table: Path, to: Path) -> None:

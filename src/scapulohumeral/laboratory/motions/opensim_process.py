@@ -1,8 +1,8 @@
 """Places of landmarks in a motion of an OpenSim model, found in a process of its own.
 
 ``python -m scapulohumeral.laboratory.motions.opensim_process FOLDER`` reads
-``FOLDER/request.json`` (model, motions, landmarks) and writes ``FOLDER/<number>.npz`` per motion. opensim and casadi cannot share a
-process.
+``FOLDER/request.json`` (model, motions, landmarks) and writes ``FOLDER/<number>.npz`` per motion.
+opensim and casadi cannot share a process.
 """
 
 from __future__ import annotations

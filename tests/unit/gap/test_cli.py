@@ -196,7 +196,7 @@ def changed(tmp_path):
     ("option", "key", "value", "said"),
     [
         ("--config", "model.masses", "weighed", "key 'model.masses': 'weighed'; expected"),
-        ("--config", "mases", "published", "Did you mean 'masses'"),
+        ("--config", "model.mases", "published", "Did you mean 'masses'"),
         ("--settings", "tempreature", 3, "Did you mean 'temperature'"),
         ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
         ("--settings", "phase_functions", 20, "gap.phase_functions: 20 of 21 nodes"),
@@ -218,11 +218,11 @@ def test_every_command_finds_the_files_that_a_configuration_names(
     """Beside the configuration of the study, wherever the one that is used lies."""
     used = []
 
-    def diagnosed(case, model, config, view):
-        used.append(bank_file(read_settings(config)))
+    def diagnosed(case, model, settings):
+        used.append(bank_file(settings))
         return finished_diagnosis()
 
-    monkeypatch.setattr(cli, "_inference", diagnosed)
+    monkeypatch.setattr(run, "diagnose", diagnosed)
     for name, fits in (("gap/null_bank.json", True), ("gap/other.json", False)):
         options = changed("--settings", "null_bank", name)
         assert diagnose(case_folder, ["lift_r1.csv"], [], *options) == 0
@@ -235,11 +235,11 @@ def test_a_diagnosis_gets_what_it_is_said_to_depend_on(case_folder, seen, monkey
     """So that nothing else can change an answer, or has to rerun it."""
     given = []
 
-    def diagnosed(case, model, config, view):
+    def read(config, *view):
         given.append(config)
-        return finished_diagnosis()
+        return read_settings(config, *view)
 
-    monkeypatch.setattr(cli, "_inference", diagnosed)
+    monkeypatch.setattr(run, "read_settings", read)
     assert diagnose(case_folder, ["lift_r1.csv"], []) == 0
     assert set(given[0]) == {"model", "geometry", "weights", "gap", "prediction"}
     assert "cuff_w2" not in given[0]["prediction"]["conditions"]

@@ -71,7 +71,7 @@ def test_committed_files_are_allowed() -> None:
         ("geometry.scapula_turn_deg", [10, -30], "expected the lower one first"),
         ("geometry.scapula_turn_deg", [10], "expected at least 2 items"),
         ("calibration.force_bounds", [0.5, 99], "key 'calibration.force_bounds.1': 99; expected"),
-        ("masses", None, "key 'masses': is missing; it is required."),
+        ("model.masses", None, "key 'model.masses': is missing; it is required."),
         ("weights.tracking.activation", None, "key 'weights.tracking.activation': is missing"),
         ("weights.tracking.activation", float("nan"), "expected a finite number"),
         ("prediction.conditions.healthy.capacity", 1.2, "healthy.capacity': 1.2; expected less"),
@@ -90,9 +90,9 @@ def test_meaning_and_a_line_that_would_do_are_said() -> None:
     message = refusal("solve.max_iterations", 0)
     assert "Meaning: Iterations after which a solve counts as failed [1]." in message
     assert message.endswith("Write for example: max_iterations: 1000")
-    assert refusal("masses", "weighed").endswith("Write for example: masses: published")
+    assert refusal("model.masses", "weighed").endswith("Write for example: masses: published")
     assert refusal("geometry.posees", 3).endswith("Write for example: poses: 2250")
-    assert refusal("planes", ["coronal"]).endswith("planes: [frontal, scapular, sagittal]")
+    assert refusal("planes", ["Coronal"]).endswith("planes: [frontal, scapular, sagittal]")
 
 
 def test_key_that_may_be_absent() -> None:

@@ -119,7 +119,7 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
             lambda c: c["prediction"]["conditions"]["healthy"].update(start="cuff_w2"),
             "never comes to a solution",
         ),
-        (lambda c: c.update(masses="weighed"), "key 'masses'"),
+        (lambda c: c["model"].update(masses="weighed"), "key 'model.masses'"),
     ],
 )
 def test_names_of_nothing_are_refused(change: Edit, said: str) -> None:

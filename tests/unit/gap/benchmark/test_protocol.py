@@ -83,7 +83,7 @@ def answered(files: BlindFiles) -> BlindFiles:
 def test_honest_answers_are_scored(
     answered: BlindFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scapulohumeral.gap.benchmark.score_card.baseline_families", lambda *_: {})
+    monkeypatch.setattr("scapulohumeral.gap.benchmark.scored_case.baseline_families", lambda *_: {})
     card = score(answered, keys(answered), tmp_path / "scores.json")
     assert card["look"] == "first look"
     assert card["plants"]["P1"]["all"]["false_alarms"]["value"] == 0.0
@@ -151,7 +151,7 @@ def test_a_case_without_result_counts_as_unanswered(files: BlindFiles, tmp_path:
 AUDIT = """
 import sys
 from pathlib import Path
-from scapulohumeral.gap.blind import BlindFiles, answer
+from scapulohumeral.gap.benchmark.protocol import BlindFiles, answer
 opened = []
 sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event in
                  ("open", "os.listdir", "os.scandir") and args else None)
@@ -186,8 +186,8 @@ def test_a_diagnosis_is_given_one_case_and_no_keys(files: BlindFiles) -> None:
 
 def test_what_diagnoses_knows_neither_benchmark_nor_plants() -> None:
     modules = provenance.code_of("scapulohumeral.gap.run")
-    assert not [path.name for path in modules if path.name.startswith("blind")]
-    for path in provenance.SOURCE_ROOT.rglob("*.py"):
+    assert not [path for path in modules if path.parent.name == "benchmark"]
+    for path in (provenance.SOURCE_ROOT / "scapulohumeral").rglob("*.py"):
         module = ".".join(path.relative_to(provenance.SOURCE_ROOT).with_suffix("").parts)
         names = {name.split(".")[0] for name in provenance.imported_names(path, module)}
         assert not names & {"simulated_persons", "tests"}, path

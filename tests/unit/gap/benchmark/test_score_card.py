@@ -64,7 +64,7 @@ def case(
 def no_baselines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cases here have no trials that a baseline could read."""
     monkeypatch.setattr(
-        "scapulohumeral.gap.benchmark.score_card.baseline_families",
+        "scapulohumeral.gap.benchmark.scored_case.baseline_families",
         lambda *_: {"prior_only": "x/y"},
     )
 

@@ -9,7 +9,6 @@ from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.effects.observation import Observation
-from scapulohumeral.gap.isolation import refit as refit_module
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.isolation.refit import WARM_ITERATIONS, refit
@@ -21,6 +20,7 @@ from scapulohumeral.gap.recording.observables import (
     predicted,
 )
 from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.signatures import resolve
 from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
@@ -69,7 +69,7 @@ def screened(of_task, change):
 
 def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     move, of_task, change = weakened
-    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
+    monkeypatch.setattr(resolve, "movement", lambda *_: move)
     residual, first = screened(of_task, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
     found = refit(first, residual, [of_task], None, RECORDER, settings)
@@ -87,8 +87,8 @@ def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
         tried.append(self.iterations)
         raise SolveError("no")
 
-    monkeypatch.setattr(refit_module, "movement", lambda *_: move)
-    monkeypatch.setattr(refit_module.Resolve, "solved", never)
+    monkeypatch.setattr(resolve, "movement", lambda *_: move)
+    monkeypatch.setattr(resolve.Resolve, "solved", never)
     residual, first = screened(of_task, change)
     with pytest.raises(SolveError, match="no"):
         refit(first, residual, [of_task], None, RECORDER, SETTINGS)

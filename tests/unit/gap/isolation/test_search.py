@@ -25,8 +25,20 @@ SETTINGS = SimpleNamespace(short_list=1, signature_error=ERROR)
 
 def bare(**known):
     """What fits are made of, and nothing of the movements."""
-    nothing = {"noise": None, "effects": (), "recorder": None, "responses": (), "boxes": None}
-    start = {"prior": {}, "persons": (), "trials": (), "session_share": 1.0, "referenced": True}
+    nothing = {
+        "noise": None,
+        "effects": (),
+        "sensors": None,
+        "signatures": (),
+        "unknown_inputs": None,
+    }
+    start = {
+        "prior": {},
+        "fits_by_stiffness": (),
+        "trials": (),
+        "session_share": 1.0,
+        "referenced": True,
+    }
     return Evidence(residual=THERE, settings=SETTINGS, **{**nothing, **start, **known})
 
 
@@ -49,7 +61,7 @@ def solving(monkeypatch, better):
 
 
 @pytest.mark.parametrize(("better", "stiffness"), [((5.0, 9.0), 10.0), ((9.0, 5.0), 1.0)])
-def test_the_firmness_that_explains_more_once_solved_again_counts(
+def test_the_stiffness_that_explains_more_once_solved_again_counts(
     evidence, monkeypatch, better, stiffness
 ):
     solving(monkeypatch, dict(zip((1.0, 10.0), better, strict=True)))
@@ -83,7 +95,7 @@ def test_an_effect_that_is_solved_for_one_person_is_no_linear_estimate(
 
 
 @pytest.mark.parametrize(("behind", "kept"), [(0.9 * CLOSE, [1.0, 10.0]), (1.1 * CLOSE, [1.0])])
-def test_a_firmness_that_is_nearly_as_probable_is_kept(monkeypatch, behind, kept):
+def test_a_stiffness_that_is_nearly_as_probable_is_kept(monkeypatch, behind, kept):
     def tried(found, hypotheses, session, error):
         density = 0.0 if hypotheses[0].stiffness == 1.0 else -behind
         fits_by_stiffness = (tuple(fit(h, THERE, ERROR) for h in hypotheses),)

@@ -110,7 +110,6 @@ def own_study(
     ConfigError                      no participants, no common trials, or a condition that cannot
                                      be predicted without EMG
     """
-    from scapulohumeral.model.participant import read_participant
     from scapulohumeral.model.participant_file import list_participants
 
     names = list_participants(folder)
@@ -118,26 +117,8 @@ def own_study(
         raise ConfigError(
             f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
         )
-    recorded = [read_participant(folder, name).trials for name in names]
-    common = [trial for trial in recorded[0] if all(trial in others for others in recorded)]
-    missing = [trial for trial in trials if trial not in common]
-    if missing or not common:
-        raise ConfigError(
-            f"--trials {', '.join(missing) or '(none)'}: expected trials that all of "
-            f"{', '.join(names)} have: {', '.join(common) or 'there are none'}."
-        )
-    conditions = config["prediction"]["conditions"]
-    possible = [
-        name
-        for name, condition in conditions.items()
-        if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
-    ]
-    wrong = [name for name in predict if name not in possible]
-    if wrong:
-        raise ConfigError(
-            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "
-            "muscles calibrated to EMG."
-        )
+    common = _common_trials(folder, names, trials)
+    _check_predictable(predict, config["prediction"]["conditions"])
     return {
         "report": report,
         "participants_folder": str(folder),
@@ -156,3 +137,33 @@ def own_study(
         },
         "diagnose": [],
     }
+
+
+def _common_trials(folder: Path, names: Sequence[str], trials: Sequence[str]) -> list[str]:
+    """Trials that every participant has; those that were asked for must be among them."""
+    from scapulohumeral.model.participant import read_participant
+
+    recorded = [read_participant(folder, name).trials for name in names]
+    common = [trial for trial in recorded[0] if all(trial in others for others in recorded)]
+    missing = [trial for trial in trials if trial not in common]
+    if missing or not common:
+        raise ConfigError(
+            f"--trials {', '.join(missing) or '(none)'}: expected trials that all of "
+            f"{', '.join(names)} have: {', '.join(common) or 'there are none'}."
+        )
+    return common
+
+
+def _check_predictable(predict: Sequence[str], conditions: Mapping[str, Any]) -> None:
+    """Refuse conditions that cannot be predicted without EMG."""
+    possible = [
+        name
+        for name, condition in conditions.items()
+        if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
+    ]
+    wrong = [name for name in predict if name not in possible]
+    if wrong:
+        raise ConfigError(
+            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "
+            "muscles calibrated to EMG."
+        )

@@ -18,7 +18,12 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from scapulohumeral.ocp.cost_terms import pose_errors
-from scapulohumeral.stages.static_posture import REACTION_N, Posture, StaticProblem, static_posture
+from scapulohumeral.problems.static_posture import (
+    REACTION_N,
+    Posture,
+    StaticProblem,
+    static_posture,
+)
 
 pytestmark = pytest.mark.unit
 

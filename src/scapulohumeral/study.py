@@ -186,7 +186,9 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     study = Study(config, folder)
     for key in ("participants", "diagnose"):
         _check_names(key, config[key], folder)
-    also = config["prediction"]["predict_also"]
+    # An entry without conditions takes back one of another configuration file: who runs the study
+    # of own participants does not have those of the paper.
+    also = [name for name, asked in config["prediction"]["predict_also"].items() if asked]
     _check_names("prediction.predict_also", also, folder)
     _check_recordings(study)
     _check_conditions(study)

@@ -148,5 +148,11 @@ def own_study(
             "predict": list(predict),
             "predict_also": {name: [] for name in config["prediction"]["predict_also"]},
         },
+        "variants": {
+            "predict": {
+                variant: {name: [] for name in asked}
+                for variant, asked in config["variants"]["predict"].items()
+            }
+        },
         "diagnose": [],
     }

@@ -102,7 +102,7 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
         (lambda c: c.update(participants=["par9"]), "participants: [par1, par2, par3]"),
         (lambda c: c.update(diagnose=["par7"]), "'diagnose' names 'par7'"),
         (
-            lambda c: c["prediction"].update(predict_also={"par8": []}),
+            lambda c: c["prediction"].update(predict_also={"par8": ["healthy"]}),
             "'prediction.predict_also' names 'par8'",
         ),
         (lambda c: c["validation"].update(tasks=["drinkin"]), "'drinkin', which no participant"),
@@ -160,3 +160,9 @@ def test_participants_of_no_study_do_not_matter(people: Callable[[Edit], Path]) 
     folder = people(lambda document: document.pop("trials"))
     only = study(lambda c: c.update(participants=["par2"], diagnose=[]), folder)
     assert only.participants == ["par2"]
+
+
+def test_an_entry_without_conditions_asks_for_nobody() -> None:
+    """Own participants take back those of the paper, whom their folder does not have."""
+    asked = study(lambda c: c["prediction"].update(predict_also={"par8": []}))
+    assert "par8" not in asked.files

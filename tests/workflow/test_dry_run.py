@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -45,7 +46,7 @@ def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str
         assert rule in result.stdout
 
 
-def test_participants_may_be_anywhere(snakemake: Run, repository: Path, tmp_path: Path) -> None:
+def test_participants_may_be_anywhere(repository: Path, tmp_path: Path) -> None:
     """A folder elsewhere, a trial of another name, and nothing of the repository changed."""
     published = repository / "config" / "participants" / "par2"
     own = tmp_path / "people" / "ann"
@@ -56,18 +57,19 @@ def test_participants_may_be_anywhere(snakemake: Run, repository: Path, tmp_path
         del document[key]
     (own / "participant.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
     shutil.copyfile(published / "frontal.csv", own / "reaching.csv")
-    config = {
-        "participants_folder": str(tmp_path / "people"),
-        "participants": ["ann"],
-        "planes": ["reaching"],
-    }
-    (tmp_path / "own.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
-    files = ("config/config.yaml", "config/quick.yaml", str(tmp_path / "own.yaml"))
-    profile = ("--workflow-profile", "workflow/profiles/quick")
-    result = snakemake("--dry-run", "--forceall", *profile, "--configfile", *files)
-    assert result.returncode == 0, result.stdout
-    assert "participant ann, reaching plane" in result.stdout
-    assert "par2" not in result.stdout
+    done = subprocess.run(
+        [
+            sys.executable, "-m", "scapulohumeral.cli", "study", "--participants", str(own.parent),
+            "--predict", "healthy_generic", "--report", "annie", "--dry-run",
+        ],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "participant ann, reaching plane" in done.stdout
+    assert "Prediction: participant ann, healthy_generic" in done.stdout
+    assert "reports/annie.html" in done.stdout
+    assert "left out: calibration and validation" in done.stdout
+    assert "par2" not in done.stdout
 
 
 def test_lint_finds_nothing(snakemake: Run) -> None:

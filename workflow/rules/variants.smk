@@ -104,10 +104,7 @@ rule compare_predictions:
             participant=config["participants"],
             plane=config["planes"],
         ),
-        participants=expand(
-            PARTICIPANT_FILE,
-            participant=config["participants"],
-        ),
+        participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         targets="config/targets.yaml",
         code=code_of("scapulohumeral.report.against"),
     output:

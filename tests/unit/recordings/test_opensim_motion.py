@@ -15,13 +15,7 @@ from scapulohumeral.recordings.opensim_motion import read_model_map
 
 pytestmark = pytest.mark.opensim
 MODEL = made.tables()
-MAP = """schema: model_map/1
-side: right
-landmarks:
-  {IJ: IJ, PX: PX, C7: C7, T8: T8, SC: {body: clavicle_r, location_m: [0, 0, 0]},
-   AC: {body: scapula_r, location_m: [0, 0, 0]}, AA: AA, TS: TS, AI: AI, GH: GH, EL: EL, EM: EM,
-   US: US}
-"""
+MAP = (made.TABLES_FOLDER.parent / "recordings" / "das3.yaml").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module", name="osim")

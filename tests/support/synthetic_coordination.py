@@ -226,6 +226,7 @@ def prediction(like: Solution, composite: Composite, name: str, status: str) -> 
         "planes": {plane: list(nodes) for plane, nodes in composite.nodes.items()},
         "objective": 3.0 + 0.001 * turn_deg,
         "variant": "study",
+        "body_mass_kg": 80.0,
         "terms": {"activation": 2.0},
         "choices": asdict(ProblemChoices()),
         "stop_moment_median_Nm": 0.0,

@@ -288,7 +288,7 @@ class Variant(Section):
 
     model: Annotated[dict[str, str], key("Keys of section model with other words [no unit].")]
     problem: Annotated[
-        dict[str, Any], key("Choices of the optimal control problem, each in its own unit.")
+        dict[str, Any], key("Choices of the optimal control problem, each in its own unit [any].")
     ]
 
 

@@ -326,6 +326,7 @@ def _write(
         choices=asdict(scene.settings.choices),
         reached_from=way,
         planes=scene.composite.nodes,
+        body_mass_kg=scene.model.record["body_mass_kg"],
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
     )
     more = {**_certify(posed, result), "stop_moment_median_Nm": _stop_moment(posed, result)}

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
+from scipy import constants
 
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
@@ -36,6 +37,7 @@ from scapulohumeral.quantities.published_distance import (
     published_distances,
 )
 from scapulohumeral.quantities.recording_distance import recording_distance
+from scapulohumeral.quantities.rhythm import rising_part
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
@@ -46,7 +48,11 @@ from scapulohumeral.report.published import paper
 # Column names are those of the tables that predictions are judged by.
 STOP_MOMENT = "stop_moment_median_Nm"
 HEALTHY, CUFF = "healthy", "cuff_w10"
+# The healthy shoulder at the weight of the cuff-limited one: falls from it are those of the cuff.
+EQUAL_WEIGHT = "healthy_w10"
 FALL_LEVEL_DEG = 70.0
+FALL = "upward_rotation_fall_deg"
+FALL_EQUAL_WEIGHT = "upward_rotation_fall_equal_weight_deg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +125,22 @@ def against_recording(
                     "outside_fit_share": float(outside.mean()),
                     STOP_MOMENT: one.summary[STOP_MOMENT],
                 }
+                row |= _joint_force(one, slice(first, stop), rest_below_deg)
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _joint_force(one: Predicted, nodes: slice, rest_below_deg: float) -> dict[str, float]:
+    """Glenohumeral force of an elevation [% of body weight] at rest (mean) and at its largest."""
+    elevation = thorax_angles(one.solution.pose[nodes])[:, ELEVATION_COLUMN]
+    rise = rising_part(elevation)
+    newtons = np.linalg.norm(one.solution.reaction_N[nodes], axis=1)
+    share = 100.0 * newtons / (one.summary["body_mass_kg"] * constants.g)
+    return {
+        "gh_force_rest_bw": float(share[rise][elevation[rise] <= rest_below_deg].mean()),
+        "gh_force_peak_bw": float(share.max()),
+        "arm_peak_deg": float(elevation.max()),
+    }
 
 
 def against_published(predictions: Sequence[Predicted], people: Mapping[str, Path]) -> pd.DataFrame:
@@ -182,35 +202,40 @@ def _published(participant: Path, condition: str) -> np.ndarray | None:
 
 
 def _falls(predictions: Sequence[Predicted], people: Mapping[str, Path]) -> list[dict[str, Any]]:
-    """How much lower the peak of upward rotation and its value at 70 deg lie than when healthy."""
-    solved = [one for one in predictions if one.solved]
+    """How much lower the peak of upward rotation and its value at 70 deg lie than when healthy.
+
+    From the healthy shoulder, as the paper counts, and from the healthy one at the same weight of
+    joint stability where that is another.
+    """
     rows = []
+    solved = [one for one in predictions if one.solved]
     for one in solved:
-        names = one.names
-        same = [
-            other
-            for other in solved
-            if other.names == {**names, "condition": HEALTHY} and names["condition"] != HEALTHY
-        ]
-        known = [_published(people[names["participant"]], n) for n in (HEALTHY, names["condition"])]
-        for other in same:
-            for plane, (first, stop) in PUBLISHED_PLANES.items():
-                ours = _fall(other.solution.pose[first:stop], one.solution.pose[first:stop])
-                theirs = {"peak": np.nan, f"at {FALL_LEVEL_DEG:g} deg": np.nan}
-                if known[0] is not None and known[1] is not None:
-                    theirs = _fall(known[0][first:stop], known[1][first:stop])
-                rows += [
-                    {
-                        **{key: names[key] for key in ("variant", "participant", "condition")},
-                        "status": names["status"],
-                        "plane": plane,
-                        "phase": phase,
-                        "quantity": "upward_rotation_fall_deg",
-                        "published": theirs[phase],
-                        "reproduced": value,
-                    }
-                    for phase, value in ours.items()
-                ]
+        for base, quantity in ((HEALTHY, FALL), (EQUAL_WEIGHT, FALL_EQUAL_WEIGHT)):
+            same = [other for other in solved if other.names == {**one.names, "condition": base}]
+            limited = one.names["condition"] not in (HEALTHY, EQUAL_WEIGHT)
+            if same and limited and (base == HEALTHY or one.names["condition"] == CUFF):
+                rows += _fall_rows(same[0], one, quantity, people)
+    return rows
+
+
+def _fall_rows(
+    healthy: Predicted, limited: Predicted, quantity: str, people: Mapping[str, Path]
+) -> list[dict[str, Any]]:
+    names = limited.names
+    known = [
+        _published(people[names["participant"]], one.names["condition"])
+        for one in (healthy, limited)
+    ]
+    rows = []
+    for plane, (first, stop) in PUBLISHED_PLANES.items():
+        ours = _fall(healthy.solution.pose[first:stop], limited.solution.pose[first:stop])
+        theirs = dict.fromkeys(ours, np.nan)
+        if known[0] is not None and known[1] is not None:
+            theirs = _fall(known[0][first:stop], known[1][first:stop])
+        for phase, value in ours.items():
+            about = {key: names[key] for key in ("variant", "participant", "condition", "status")}
+            compared = Compared(plane, phase, quantity, theirs[phase], value)
+            rows.append(about | asdict(compared))
     return rows
 
 

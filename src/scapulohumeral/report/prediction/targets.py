@@ -13,11 +13,14 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.targets import Verdict
 
 NOTHING = "no prediction"
 RHYTHM_CELLS = 24
+# Variant of the configuration that differs from the study in the arm it follows only.
+SAME_MODEL_ON_PUBLISHED_ARM = "study_arm"
 
 
 def prediction_verdicts(judged: Judged) -> list[Verdict]:
@@ -25,6 +28,8 @@ def prediction_verdicts(judged: Judged) -> list[Verdict]:
     return [
         *recording_verdicts(judged.targets["against_recording"], judged.recording),
         *published_verdicts(judged.targets["against_published"], judged.published),
+        *force_verdicts(judged.targets["joint_force"], judged.recording),
+        *cuff_effects(judged.targets["cuff_effect"], judged.published),
     ]
 
 
@@ -73,6 +78,44 @@ def published_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterat
         for plane, fall in falls.items():
             name = f"authors' problem, {condition}: fall of upward rotation {level}, {plane} plane"
             yield _near(name, _of(part, plane=plane), fall, limits["graded_fall_tolerance_deg"])
+
+
+def force_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """Joint force of the study's model: at rest, and against implants where the arm rises as high.
+
+    Implants were measured with arms at about 90 deg, which only the published arm reaches.
+    """
+    rows = _of(table, condition=limits["condition"])
+    own = _of(rows, variant=limits["variant"])
+    name = "glenohumeral force at rest, healthy prediction, worst plane and participant"
+    yield _at_most(name, own, "gh_force_rest_bw", limits["rest_percent_bw"], " %BW")
+    high = _of(rows, variant=SAME_MODEL_ON_PUBLISHED_ARM)
+    for plane, (mean, sd, _) in ORTHOLOAD_BW.items():
+        name = f"peak glenohumeral force against implants, published arm, {plane} plane"
+        tolerance = limits["implants_sd"] * sd
+        target = f"{mean:g} ± {tolerance:g} %BW"
+        part = _of(high, plane=plane)
+        if part.empty or part.gh_force_peak_bw.isna().any():
+            yield Verdict(name, NOTHING, target, holds=False)
+            continue
+        peak = float(part.gh_force_peak_bw.iloc[0])
+        yield Verdict(name, f"{peak:.1f} %BW", target, abs(peak - mean) <= tolerance)
+
+
+def cuff_effects(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """What losing the cuff does at one weight of joint stability, stated with its sign."""
+    for variant in (SAME_MODEL_ON_PUBLISHED_ARM, "published"):
+        for healthy, cuff in limits["pairs"]:
+            name = f"{variant}: fall of upward rotation at 70 deg, {cuff} against {healthy}"
+            kind = "fall_deg" if healthy == "healthy" else "fall_equal_weight_deg"
+            part = _of(table, variant=variant, condition=cuff, quantity=f"upward_rotation_{kind}")
+            part = _of(part, phase="at 70 deg")
+            if part.empty:
+                yield Verdict(name, NOTHING, "stated", holds=False)
+                continue
+            pairs = zip(part.plane, part.reproduced, strict=True)
+            words = ", ".join(f"{plane} {value:+.1f}" for plane, value in pairs)
+            yield Verdict(name, f"{words} deg", "stated", holds=True)
 
 
 def participants_table(judged: Judged) -> Table:

@@ -20,9 +20,8 @@ from scapulohumeral.gap.recording.observables import (
     predicted,
 )
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.signatures import resolve
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures, resolve
 
 pytestmark = pytest.mark.unit
 

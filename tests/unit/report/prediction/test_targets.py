@@ -8,6 +8,8 @@ import yaml
 
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
+    cuff_effects,
+    force_verdicts,
     participants_table,
     published_verdicts,
     recording_verdicts,
@@ -129,3 +131,35 @@ def test_falls_have_a_sign_and_two_sides():
     missed = failed(published_verdicts(limits, table))
     assert len(missed) == 2
     assert all("fall of peak" in name for name in missed)
+
+
+def test_joint_force_is_judged_at_rest_and_against_implants():
+    limits = TARGETS["joint_force"]
+    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
+    high = table[table.participant == "par2"].assign(variant="study_arm", arm="published")
+    high = high.assign(gh_force_peak_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9])
+    both = pd.concat([table, high])
+    assert failed(force_verdicts(limits, both)) == [
+        "peak glenohumeral force against implants, published arm, frontal plane"
+    ]
+    heavy = both.assign(gh_force_rest_bw=10.1)
+    assert len(failed(force_verdicts(limits, heavy))) == 2
+    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 3
+
+
+def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
+    rows = [
+        {
+            "variant": variant, "condition": condition, "quantity": quantity, "plane": "frontal",
+            "phase": "at 70 deg", "reproduced": -1.5,
+        }
+        for variant in ("study_arm", "published")
+        for condition, quantity in (
+            ("cuff_w2", "upward_rotation_fall_deg"),
+            ("cuff_w10", "upward_rotation_fall_equal_weight_deg"),
+        )
+    ]  # fmt: skip
+    stated = list(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows)))
+    assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
+    assert all(verdict.holds for verdict in stated)
+    assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1

@@ -35,6 +35,9 @@ from scapulohumeral.quantities.tracking_metrics import tracking_metrics
 # Name of the folder of all logs of a study.
 LOGS = "logs"
 
+# About the mean of the 126 elements, so that squared activations keep their size.
+STRENGTH_UNIT_N = 150.0
+
 
 @dataclass(frozen=True)
 class SolveSettings:
@@ -158,9 +161,21 @@ def pose(
         model=model,
         muscles=muscles,
         parameters=model.parameters(hand_load_kg),
-        objective=make_objective(model, target, settings),
+        objective=replace(
+            make_objective(model, target, settings),
+            effort=effort_factors(muscles, settings.weights.get("strength_exponent", 0.0)),
+        ),
         target=target,
     )
+
+
+def effort_factors(muscles: MuscleParameters, strength_exponent: float) -> np.ndarray:
+    """Factors (M,) on squared activations: strength over ``STRENGTH_UNIT_N``, to a power.
+
+    With 0 all elements count alike, so a muscle that is modelled as many weak ones is dear; with 1
+    the effort of a force does not depend on how a muscle is divided into elements.
+    """
+    return (muscles.max_isometric_force / STRENGTH_UNIT_N) ** strength_exponent
 
 
 def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings) -> Objective:

@@ -53,6 +53,7 @@ class ProblemChoices:
     conoid : "stiff" at the recorded length, or "soft"
     contact : "fitted" thorax ellipsoid, the "published" one, or "none"
     stops : whether clavicle and scapula have stops at the ends of their ranges
+    strength_exponent : power of strength in squared activations [1]; None: as configured
     reaction_rate : weight of squared rates of the joint reaction [s/N^2]; None: as configured
     largest_compression_N : bound of the lateral reaction, which then may not pull; None: neither
     clavicle_anchor : weight of the clavicle's distance from its recorded orientation at the start,
@@ -68,6 +69,7 @@ class ProblemChoices:
     conoid: str = "stiff"
     contact: str = "fitted"
     stops: bool = True
+    strength_exponent: float | None = None
     reaction_rate: float | None = None
     largest_compression_N: float | None = None
     clavicle_anchor: float = 0.0

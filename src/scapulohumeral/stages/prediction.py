@@ -157,6 +157,8 @@ class _Scene:
         choices, condition = self.settings.choices, self.condition
         weights = {**self.settings.solve.weights, "stability": condition.w_gh}
         weights["clavicle_anchor"] = choices.clavicle_anchor
+        if choices.strength_exponent is not None:
+            weights["strength_exponent"] = choices.strength_exponent
         if choices.reaction_rate is not None:
             weights["reaction_rate"] = choices.reaction_rate
         target = composite_target(self.composite, TRACKED, guidance)

@@ -19,6 +19,7 @@ from scapulohumeral.ocp.solving import checkpoint
 from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.posed_problem import (
     _checkpoint,
+    effort_factors,
     header,
     make_objective,
     read_result,
@@ -74,6 +75,30 @@ def test_terms_without_weight_or_data_are_left_out(equations):
     assert (weights.stability, weights.emg, weights.parameters) == (0.0, 0.0, 0.0)
     silent = make_objective(model, small_target(NODES), small_settings(emg=3.0))
     assert silent.weights.emg == 0.0
+
+
+def test_effort_by_strength_does_not_feel_how_a_muscle_is_divided():
+    """Two halves carry what the whole does; with elements alike that costs twice as much."""
+    whole = small_muscles()
+    halves = replace(whole, max_isometric_force=0.5 * whole.max_isometric_force)
+    for exponent, ratio in ((1.0, 1.0), (0.0, 2.0)):
+        cost = [np.sum(effort_factors(muscles, exponent) * 0.3**2) for muscles in (whole, halves)]
+        assert 2.0 * cost[1] == pytest.approx(ratio * cost[0])
+
+
+def test_effort_factors_reach_value_gradient_and_curvature(quaternion_equations):
+    target = small_target(NODES)
+    objective = make_objective(small_model(quaternion_equations), target, small_settings())
+    weighed = replace(objective, effort=np.array([0.5, 2.0, 1.0]))
+    x = off_the_target("quaternion")
+    step = np.zeros((NODES, 3))
+    step[2, 1] = 1e-6
+    up, down = (weighed.value(replace(x, a=x.a + sign * step)) for sign in (1.0, -1.0))
+    gradient = weighed.gradient(x).a
+    assert gradient[2, 1] == pytest.approx((up - down) / 2e-6, rel=1e-6)
+    np.testing.assert_allclose(gradient, objective.gradient(x).a * [0.5, 2.0, 1.0])
+    curvature = [problem.hessian(x, exact=True).a for problem in (weighed, objective)]
+    np.testing.assert_allclose(curvature[0], curvature[1] * [0.5, 2.0, 1.0])
 
 
 def test_guidance_leads_from_free_segments_to_tracking(equations):

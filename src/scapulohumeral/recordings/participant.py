@@ -144,43 +144,14 @@ def write_study_participant(
     ConfigError                      names that the study cannot use
     DataError                        a trial table cannot be read
     """
-    if not re.fullmatch(r"[a-z0-9]+", person.id):
-        raise ConfigError(f"id '{person.id}': expected small letters and digits. Rename it.")
-    wrong = [name for name in trials if not re.fullmatch(r"[a-z0-9_]+", name)]
-    if wrong:
-        raise ConfigError(
-            f"trial {', '.join(wrong)}: expected small letters, digits and _. Rename the tables."
-        )
+    _check_names(person, trials)
     for table in trials.values():
         read_motion(table)
-    masses = segment_masses(person.body, tables)
     own = folder / person.id
     own.mkdir(parents=True, exist_ok=True)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
-    document = {
-        "schema": "participant/1",
-        "id": person.id,
-        "side": "right",
-        "sex": person.body.sex,
-        "height_m": person.body.height_m,
-        "body_mass_kg": person.body.mass_kg,
-        "gravity_in_thorax_mps2": list(person.gravity_mps2),
-        "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
-        "mass": {
-            "published_total_kg": round(total_mass(masses, tables), 4),
-            "preserve_mass_distribution": True,
-        },
-        "trials": {
-            name: {
-                "file": f"{name}.csv",
-                "hand_load_kg": 0.0,
-                "published": None,
-                "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ,
-            }
-            for name in trials
-        },
-    }
+    document = _study_document(person, tables, trials)
     path = own / PARTICIPANT_FILE
     _write(
         path,
@@ -191,6 +162,44 @@ def write_study_participant(
     # The reader of the study has the last word on what it can use.
     read_participant(folder, person.id)
     return path
+
+
+def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
+    """Refuse names that the study cannot use in its files."""
+    if not re.fullmatch(r"[a-z0-9]+", person.id):
+        raise ConfigError(f"id '{person.id}': expected small letters and digits. Rename it.")
+    wrong = [name for name in trials if not re.fullmatch(r"[a-z0-9_]+", name)]
+    if wrong:
+        raise ConfigError(
+            f"trial {', '.join(wrong)}: expected small letters, digits and _. Rename the tables."
+        )
+
+
+def _study_document(
+    person: Person, tables: ModelTables, trials: Mapping[str, Path]
+) -> dict[str, Any]:
+    """Content of a participant.yaml of the study."""
+    total = total_mass(segment_masses(person.body, tables), tables)
+    return {
+        "schema": "participant/1",
+        "id": person.id,
+        "side": "right",
+        "sex": person.body.sex,
+        "height_m": person.body.height_m,
+        "body_mass_kg": person.body.mass_kg,
+        "gravity_in_thorax_mps2": list(person.gravity_mps2),
+        "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
+        "mass": {"published_total_kg": round(total, 4), "preserve_mass_distribution": True},
+        "trials": {
+            name: {
+                "file": f"{name}.csv",
+                "hand_load_kg": 0.0,
+                "published": None,
+                "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ,
+            }
+            for name in trials
+        },
+    }
 
 
 def _copy(table: Path, to: Path) -> None:

@@ -10,13 +10,16 @@ import numpy as np
 from synthetic_study import MUSCLES, model_record, write_json
 
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
+from scapulohumeral.model.pose_region import Region
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.solution import Solution, write_solution
+from scapulohumeral.report.against import AgainstFiles, compare
 from scapulohumeral.report.coordination import CoordinationFiles
 from scapulohumeral.stages.composite import Composite, compose
 from scapulohumeral.stages.prediction import Condition
 from scapulohumeral.stages.prediction_summary import summarise_predictions
+from scapulohumeral.stages.problem_choices import ProblemChoices
 from scapulohumeral.stages.validation import summarise_validation
 
 CHANNELS = ("lateral_deltoid", "clavicular_pectoralis")
@@ -182,9 +185,22 @@ def _with_predictions(
         summaries.append(write_json(parent / f"{name}.summary.json", document))
     model = write_json(folder / f"prediction/{participant}.json", model_record(participant))
     tables = folder / "prediction/summary.csv", folder / "prediction/shr.csv"
-    summarise_predictions(solutions, summaries, {participant: model}, *tables)
+    motions = []
+    for solution in tracked:
+        motions.append(folder / f"prediction/{participant}_{solution.header['trial']}.npz")
+        write_solution(solution, motions[-1])
+    summarise_predictions(solutions, summaries, {participant: model}, motions, *tables)
+    distances = folder / "prediction/recording.csv", folder / "prediction/published.csv"
+    config = Path(__file__).parents[2] / "config"
+    people = [config / "participants" / participant / "participant.yaml"]
+    targets = config / "targets.yaml"
+    judged = AgainstFiles(solutions, summaries, motions, people, targets)
+    compare(judged, Region(10.0, (-30.0, 10.0)), *distances)
     return replace(
         files,
+        against_recording=[distances[0]],
+        against_published=[distances[1]],
+        targets=[targets],
         predictions=solutions,
         prediction_summaries=summaries,
         prediction_summary=[tables[0]],
@@ -208,6 +224,10 @@ def prediction(like: Solution, composite: Composite, name: str, status: str) -> 
         "condition": asdict(condition),
         "planes": {plane: list(nodes) for plane, nodes in composite.nodes.items()},
         "objective": 3.0 + 0.001 * turn_deg,
+        "variant": "study",
+        "terms": {"activation": 2.0},
+        "choices": asdict(ProblemChoices()),
+        "stop_moment_median_Nm": 0.0,
     }
     force = 300.0 + 200.0 * share
     reaction = np.column_stack([force, shear * force, 0.0 * force])

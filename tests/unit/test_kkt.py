@@ -240,8 +240,8 @@ class Pinned(Problem):
         self.pins = indices, values
         super().__init__(*arguments)
 
-    def _generate_bound_arrays(self):
-        super()._generate_bound_arrays()
+    def _take(self, set_up, collocation):
+        super()._take(set_up, collocation)
         indices, values = self.pins
         self.lower_bound[indices] = self.upper_bound[indices] = values
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from scapulohumeral.dynamics import compiled, native
+from scapulohumeral.errors import ModelError
 
 pytestmark = pytest.mark.unit
 
@@ -67,6 +68,13 @@ def test_sparse_results_are_spread_over_all_nodes(quaternion_equations):
     for row, matrix in zip(z, together, strict=True):
         alone = np.array(quaternion_equations.functions["jacobian"](row, parameters))
         np.testing.assert_array_equal(matrix, alone.reshape(36, 13).T)
+
+
+def test_equations_of_earlier_versions_are_refused(tmp_path):
+    header = {"formulation": "quaternion", "versions": {"casadi": ca.__version__}}
+    (tmp_path / "header.json").write_text(json.dumps(header))
+    with pytest.raises(ModelError, match="run the rule build_equations again"):
+        compiled.load(tmp_path)
 
 
 def test_equations_say_how_they_were_compiled(equations_folder, quaternion_equations):

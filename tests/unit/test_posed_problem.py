@@ -10,11 +10,15 @@ from small_posed import GLENOID, WEIGHTS, small_model, small_posed, small_settin
 
 from scapulohumeral.dynamics.hill import force_derivatives
 from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.ocp import checkpoint
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory, Weights
+from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solver import Start
 from scapulohumeral.stages.posed_problem import (
+    _checkpoint,
     header,
     make_objective,
     read_result,
@@ -128,3 +132,37 @@ def test_solve_with_scalers_starts_from_generic_muscles(quaternion_equations):
     posed = small_posed(quaternion_equations, small_target(NODES), settings, scalers=scalers)
     result = solve_posed(posed, posed.cold_start(), settings, None)
     np.testing.assert_allclose(posed.layout().split(result.point.free).scalers, 1.0, atol=1e-6)
+
+
+def test_checkpoints_of_other_bounds_are_others(quaternion_equations, tmp_path):
+    """Iterates under other bounds belong to another problem."""
+    settings, target = small_settings(), small_target(NODES)
+    log = tmp_path / "logs/solve/one.log"
+    start = Start(np.zeros(3))
+
+    def place(bounds):
+        posed = small_posed(quaternion_equations, target, settings, bounds=bounds)
+        return _checkpoint(posed, start, settings.solver, log).folder
+
+    assert place(None) == place(None)
+    assert place(Bounds()) != place(Bounds(compression=(0.0, 1600.0)))
+
+
+def test_solves_of_a_study_keep_their_iterates_beside_its_logs(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    kept = []
+    monkeypatch.setattr(checkpoint, "INTERVAL_S", 0.0)
+    monkeypatch.setattr(checkpoint.Checkpoint, "remove", lambda self: kept.append(self.folder))
+    settings = small_settings()
+    posed = small_posed(quaternion_equations, small_target(5), settings)
+    logs = tmp_path / "logs" / "rule"
+    logs.mkdir(parents=True)
+    start = posed.cold_start()
+    solve_posed(posed, start, settings, logs / "solver.log")
+    solve_posed(posed, start, settings, None)
+    heavier = replace(posed, parameters=1.01 * posed.parameters)
+    solve_posed(heavier, start, settings, logs / "solver.log")
+    assert [folder.parent for folder in kept] == [tmp_path / "checkpoints"] * 2
+    assert kept[0] != kept[1]
+    assert all((folder / checkpoint.ITERATE).exists() for folder in kept)

@@ -7,15 +7,15 @@ import pytest
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.motion import Motion, read_motion
-from scapulohumeral.model.rotations import relative_angle, trial_to_pose
-from scapulohumeral.report.paper import RHYTHM
-from scapulohumeral.stages.published_arm import (
+from scapulohumeral.model.published_arm import (
     PUBLISHED_NODES,
     PUBLISHED_PLANES,
     PUBLISHED_RISES,
     published_pose,
     with_recorded_girdle,
 )
+from scapulohumeral.model.rotations import relative_angle, trial_to_pose
+from scapulohumeral.report.paper import RHYTHM
 from scapulohumeral.stages.rhythm import range_rhythm
 from scapulohumeral.stages.segment_angles import (
     ELEVATION_COLUMN,

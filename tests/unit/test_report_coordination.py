@@ -10,6 +10,7 @@ import synthetic_coordination
 import synthetic_study
 
 from scapulohumeral.report import paper
+from scapulohumeral.report.against import read_predictions
 from scapulohumeral.report.calibration_figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
 from scapulohumeral.report.comparison import comparison, published_plane, published_rhythm_table
@@ -22,6 +23,7 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
+from scapulohumeral.report.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.loading_figures import sweep_figure
 from scapulohumeral.report.prediction_figures import prediction_kinematics
 from scapulohumeral.report.prediction_tables import prediction_solves, starts
@@ -111,9 +113,11 @@ def test_failed_prediction_is_in_no_figure_and_no_number(
     table = prediction_solves(coordination)
     failed = [row for i, row in enumerate(table.rows) if i in table.flagged]
     assert [(row[1], row[7]) for row in failed] == [("cuff_w2", "NOT CONVERGED")]
-    assert set(coordination.rhythm.condition) == set(synthetic_coordination.CONDITIONS) - {
-        "cuff_w2"
-    }
+    conditions = {*synthetic_coordination.CONDITIONS, "recorded"} - {"cuff_w2"}
+    assert set(coordination.rhythm.condition) == conditions
+    rows = coordination.judged.recording.set_index("condition")
+    assert rows.loc["cuff_w2"].ur_rmse_deg.isna().all()
+    assert (rows.loc["healthy"].ur_rmse_deg > 1.0).all()
 
 
 def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
@@ -249,6 +253,10 @@ def test_rhythm_table_has_published_values_in_brackets(
     assert table.columns[2:6] == ("start-30", "30-60", "60-90", "start-90")
     assert rows["frontal", "healthy"][2].endswith("(2.96)")
     assert "(" not in rows["frontal", "cuff_50"][2]
+    # Whatever was predicted is compared with the recording over elevations that both pass.
+    recorded, healthy = rows["frontal", "recorded"], rows["frontal", "healthy"]
+    assert recorded[6].split(" (")[1] == healthy[6].split(" (")[1]
+    assert recorded[6] != healthy[6]
 
 
 def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
@@ -275,3 +283,26 @@ def test_band_ends_with_its_statistics() -> None:
 
 def test_no_files_are_no_results() -> None:
     assert not any(vars(CoordinationFiles()).values())
+
+
+def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordination) -> None:
+    files = coordination.files
+    predictions = read_predictions(files.predictions, files.prediction_summaries)
+    chosen = {one.names["condition"]: one for one in predictions}
+    rungs = {"published": "healthy", "alone_springs": "cuff_50", "upto_springs": "cuff_w2"}
+    climbed = [
+        replace(chosen[condition], summary={**chosen[condition].summary, "variant": rung})
+        for rung, condition in rungs.items()
+    ]
+    table = ladder_table(climbed)
+    assert table.groupby("kind").step.unique().explode().to_dict() == {
+        "start": "published",
+        "alone": "springs",
+        "cumulative": "springs",
+    }
+    assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
+    assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
+    assert "springs" in ladder_figure(table).svg
+    rows = ladder_rows(table)
+    assert len(rows.rows) == 9
+    assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -134,7 +134,7 @@ def variant_files(wildcards):
     """Model, muscle geometry and arm of a variant."""
     participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
     own = variant_model_of(wildcards.variant)
-    geometry = geometry_model(own)
+    geometry = geometry_model(variant)
     files = {
         "model": (
             f"results/variants/models/{own}/{participant}.json"
@@ -152,13 +152,16 @@ def variant_files(wildcards):
     return files
 
 
-def geometry_model(name):
-    """Model whose muscle paths a model has: the study's, but for the surface under serratus.
+def geometry_model(variant):
+    """Model whose muscle paths a variant has: the study's, but for the surface under serratus.
 
-    None where the paths are the study's own.
+    None where the paths are the study's own; on the published arm they never are, because that arm
+    goes where the recorded one does not.
     """
-    path = model_choices(name)["serratus_path"] if name else config["model"]["serratus_path"]
-    return variants.model_name(config["model"], {"serratus_path": path})
+    path = {**config["model"], **variant.model}["serratus_path"]
+    if path == config["model"]["serratus_path"] and variant.problem.get("arm") != "published":
+        return None
+    return "-".join({**config["model"], "serratus_path": path}.values())
 
 
 def published_composite(participant):
@@ -219,6 +222,12 @@ def validation_envelopes(wildcards):
 def calibrated_participants():
     """Participants whose muscles are calibrated."""
     return STUDY.calibrated()
+
+
+def ladder_tables():
+    """The committed table of the ladder, where there is one and anything is predicted."""
+    made = Path("reports/ladder.csv").is_file() and prediction_table("summary")
+    return ["reports/ladder.csv"] if made else []
 
 
 def blind_scores():

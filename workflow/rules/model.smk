@@ -45,6 +45,7 @@ rule sample_muscle_geometry:
             "scapulohumeral.model.opensim_sampling",
             "scapulohumeral.model.participant",
             "scapulohumeral.model.pose_region",
+            "scapulohumeral.model.published_arm",
             "scapulohumeral.model.thorax_clearance",
         ),
     output:
@@ -61,6 +62,7 @@ rule sample_muscle_geometry:
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
         clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
+        published_arm=False,
     threads: 1
     message:
         "Muscle lengths of participant {wildcards.participant} at {params.poses} random poses,"

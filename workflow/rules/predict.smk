@@ -47,6 +47,11 @@ rule summarise_predictions:
         solutions=prediction_results("results/prediction/{participant}/{condition}.npz"),
         summaries=prediction_results("results/prediction/{participant}/{condition}.summary.json"),
         models=expand("results/models/{participant}.json", participant=config["participants"]),
+        tracked=expand(
+            "results/tracking/{participant}/{plane}_quaternion.npz",
+            participant=config["participants"],
+            plane=config["planes"],
+        ),
         code=code_of("scapulohumeral.stages.prediction_summary"),
     output:
         summary="results/prediction/summary.csv",

@@ -57,6 +57,7 @@ rule render_report:
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
         targets=["config/targets.yaml"],
+        ladder=ladder_tables(),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=config["participants"],

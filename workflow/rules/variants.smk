@@ -29,6 +29,15 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
         python="results/logs/sample_variant_geometry/{model}_{participant}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/sample_variant_geometry/{model}_{participant}_{formulation}.jsonl"
+    params:
+        poses=lookup(within=config, dpath="geometry/poses"),
+        held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
+        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        clearance=lookup(within=config, dpath="geometry/clearance"),
+        seed=lookup(within=config, dpath="geometry/seed"),
+        # The published arm goes higher than the recorded one.
+        published_arm=True,
     message:
         "Muscle lengths of model {wildcards.model} of participant {wildcards.participant}"
 
@@ -123,8 +132,9 @@ rule tabulate_ladder:
         ),
         code=code_of("scapulohumeral.report.ladder"),
     output:
-        table="results/variants/ladder.csv",
-        figure="results/variants/ladder.svg",
+        # Kept with the report, because the ladder is no part of the study.
+        table="reports/ladder.csv",
+        figure="reports/ladder.svg",
     log:
         python="results/logs/tabulate_ladder.python.log",
     benchmark:

@@ -13,6 +13,7 @@ import opensim
 from scapulohumeral.model.opensim_sampling import sample_geometry
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.pose_region import Region, draw_sample_angles
+from scapulohumeral.model.published_arm import followed_poses
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.thorax_clearance import is_clear
 
@@ -29,6 +30,7 @@ angles = draw_sample_angles(
     count,
     np.random.default_rng(settings.seed),
     lambda poses: is_clear(record, poses, settings.clearance),
+    followed_poses(participant) if settings.published_arm else None,
 )
 samples = sample_geometry(opensim.Model(snakemake.input.osim), trial_to_pose(angles), muscles)
 held_out = np.arange(count) >= settings.poses

@@ -12,6 +12,7 @@ summarise_predictions(
     solutions=[Path(path) for path in snakemake.input.solutions],
     summaries=[Path(path) for path in snakemake.input.summaries],
     models={Path(path).stem: Path(path) for path in snakemake.input.models},
+    tracked=[Path(path) for path in snakemake.input.tracked],
     summary=Path(snakemake.output.summary),
     rhythm=Path(snakemake.output.rhythm),
 )

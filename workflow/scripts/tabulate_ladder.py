@@ -15,4 +15,4 @@ predictions = read_predictions(
 )
 table = ladder_table(predictions)
 table.to_csv(snakemake.output.table, index=False, float_format="%.4g")
-Path(snakemake.output.figure).write_text(ladder_figure(table), encoding="utf-8")
+Path(snakemake.output.figure).write_text(ladder_figure(table).svg, encoding="utf-8")

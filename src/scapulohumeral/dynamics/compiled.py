@@ -184,7 +184,8 @@ def load(folder: Path) -> CompiledDynamics:
     Raises
     ------
     ModelError
-        If the folder is incomplete or was written by another CasADi version.
+        If the folder is incomplete, or was written by another CasADi version or before equations
+        were compiled.
     """
     try:
         header = json.loads((folder / "header.json").read_text())
@@ -194,6 +195,11 @@ def load(folder: Path) -> CompiledDynamics:
         raise ModelError(
             f"{folder}: built with CasADi {header['versions']['casadi']}, this is "
             f"{ca.__version__}; delete the folder and run the rule build_equations again"
+        )
+    if "native" not in header:
+        raise ModelError(
+            f"{folder}: built before equations were compiled; delete the folder and run the rule "
+            "build_equations again"
         )
     functions = native.load_functions(FUNCTIONS, folder, header["native"])
     if functions is None:

@@ -22,12 +22,17 @@ COMPILERS = ("gcc", "cc")
 OPTIONS = ("-O1", "-fPIC", "-shared")
 
 
+def find_compiler() -> str | None:
+    """Path of a C compiler, or None."""
+    return next((path for path in map(shutil.which, COMPILERS) if path), None)
+
+
 def compile_functions(functions: Mapping[str, ca.Function], folder: Path) -> dict[str, Any]:
     """Compile functions into one library in a folder; what was done, for a header.
 
     Without a compiler nothing is written, and the answer says why under ``missing``.
     """
-    compiler = next((path for path in map(shutil.which, COMPILERS) if path), None)
+    compiler = find_compiler()
     if compiler is None:
         return _without(f"no compiler found (looked for {', '.join(COMPILERS)})")
     begin = time.perf_counter()

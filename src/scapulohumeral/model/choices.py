@@ -14,7 +14,7 @@ from scapulohumeral.errors import ConfigError
 
 Masses = Literal["published", "divided", "anthropometric"]
 SerratusPath = Literal["flattened", "flattened_rescaled", "as_scaled"]
-Fibres = Literal["recorded_range", "common_range", "published"]
+Fibres = Literal["recorded_range", "suspended", "published"]
 GirdleStops = Literal["hanging", "wide"]
 
 
@@ -30,9 +30,9 @@ class ModelChoices:
         "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
         "as_scaled", where poses with an attachment inside the surface are left out of the fit
     fibres : "recorded_range" lengthens fibres that recorded elevations would stretch too far,
-        "common_range" does so and shortens elements of the muscles that turn the scapula upward
-        until recorded elevations stretch them as far as their neighbours, "published" are those
-        that the authors set by hand
+        "suspended" does so, but lets recorded elevations stretch the muscles that carry the girdle
+        further, all alike, so that it hangs where it was recorded; "published" are those that the
+        authors set by hand
     girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
         the arm hangs, "wide" stops lie beyond every recorded angle
     """

@@ -80,7 +80,7 @@ def participant_model(
     if choices.fibres == "published":
         set_published_fibres(model, tables)
     else:
-        adjust_fibres(model, participant, tables, choices.fibres == "common_range")
+        adjust_fibres(model, participant, tables, choices.fibres == "suspended")
     model.setGravity(_vec3(participant.gravity_mps2))
     model.setName(participant.name)
     model.finalizeConnections()
@@ -351,12 +351,12 @@ def _clear_radii(
 
 
 def adjust_fibres(
-    model: opensim.Model, participant: Participant, tables: ModelTables, common: bool
+    model: opensim.Model, participant: Participant, tables: ModelTables, suspended: bool
 ) -> None:
     """Lengthen optimal fibres that the recorded motions would stretch beyond a limit.
 
-    If the range is `common`, elements of the upward rotators that stay below the limit are
-    shortened to it. Limit, muscles and reasons are in constants.yaml, `fibre_adjustment`; daily
+    If the girdle is `suspended`, the muscles that carry it are set to a limit of their own instead,
+    longer or shorter. Limits, muscles and reasons are in constants.yaml, `fibre_adjustment`; daily
     tasks do not count.
     """
     rule = tables.constants["fibre_adjustment"]
@@ -367,10 +367,12 @@ def adjust_fibres(
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)
-        needed = float(length - muscle.getTendonSlackLength()) / rule["max_normalised_length"]
-        shorten = common and tables.muscles[name].group in rule["common_range_muscles"]
-        if shorten or needed > muscle.getOptimalFiberLength():
-            muscle.setOptimalFiberLength(needed)
+        stretched = float(length - muscle.getTendonSlackLength())
+        if suspended and tables.muscles[name].group in rule["suspending_muscles"]:
+            muscle.setOptimalFiberLength(stretched / rule["suspending_length"])
+            continue
+        needed = stretched / rule["max_normalised_length"]
+        muscle.setOptimalFiberLength(max(muscle.getOptimalFiberLength(), needed))
 
 
 def set_published_fibres(model: opensim.Model, tables: ModelTables) -> None:

@@ -74,18 +74,23 @@ def draw_sample_angles(
     count: int,
     rng: np.random.Generator,
     accept: Callable[[Array], np.ndarray] = _all,
+    further: Array | None = None,
 ) -> Array:
     """Joint angles, shape (P, 10) [rad], at which a formulation's geometry is sampled.
 
     For "quaternion" by `draw_poses`, for "euler" by `draw_angles`, which needs no turned scapulae
-    because Euler angles are for tracking only; arguments are theirs.
+    because Euler angles are for tracking only; arguments are theirs. ``further`` poses (F, 13)
+    count as recorded ones, for quaternions: arms that are followed without being recorded.
 
     Raises
     ------
     ConfigError                      unknown formulation, or a margin that cannot be used
     """
     if formulation == "quaternion":
-        return pose_to_trial(draw_poses(recorded_poses(participant), region, count, rng, accept))
+        poses = recorded_poses(participant)
+        if further is not None:
+            poses = np.concatenate([poses, further])
+        return pose_to_trial(draw_poses(poses, region, count, rng, accept))
     if formulation == "euler":
         return draw_angles(recorded_angles(participant), region.margin_deg, count, rng, accept)
     raise ConfigError(f"unknown formulation {formulation!r}: choose quaternion or euler")

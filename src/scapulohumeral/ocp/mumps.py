@@ -17,6 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.ocp.dense_kernels import use_fast_kernels
 
 VERSION = "5.8.2"
 GENERAL_SYMMETRIC = 2
@@ -187,6 +188,7 @@ def _library() -> ctypes.CDLL:
         raise ConfigError(
             f"{header}: expected MUMPS {VERSION}; install the versions of environment.lock"
         )
+    use_fast_kernels()
     library = ctypes.CDLL(str(folder / "libcoinmumps.so"))
     library.dmumps_c.restype = None
     return library

@@ -18,16 +18,21 @@ from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
-import cyipopt
 import numpy as np
-import opty
 import sympy as sm
 import sympy.physics.mechanics as me
-from opty.direct_collocation import ConstraintCollocator
 
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
+from scapulohumeral.ocp.dense_kernels import use_fast_kernels
 from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.transcription import Collocation
+
+# Before cyipopt, which loads MUMPS: its names are bound as it is loaded.
+use_fast_kernels()
+
+import cyipopt  # noqa: E402
+import opty  # noqa: E402
+from opty.direct_collocation import ConstraintCollocator  # noqa: E402
 
 REACTION_NAMES = ("R_x", "R_y", "R_z")
 # Methods that are called or replaced, and attributes that are set or read, by class.

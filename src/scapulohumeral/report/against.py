@@ -21,13 +21,14 @@ import yaml
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.pose_region import Region, recorded_poses
+from scapulohumeral.model.published_arm import (
+    PUBLISHED_PLANES,
+    followed_poses,
+    published_pose,
+)
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.report import paper
 from scapulohumeral.stages.fit_region import outside_region
-from scapulohumeral.stages.published_arm import (
-    PUBLISHED_PLANES,
-    published_pose,
-)
 from scapulohumeral.stages.published_distance import (
     ANGLES,
     PUBLISHED_OF,
@@ -99,10 +100,12 @@ def against_recording(
     region : that muscle paths were fitted to
     rest_below_deg : elevation below which the arm counts as at rest
     """
-    fitted = {
-        name: recorded_poses(read_participant(path.parents[1], name))
-        for name, path in people.items()
-    }
+    persons = {name: read_participant(path.parents[1], name) for name, path in people.items()}
+    fitted = {(name, "own"): recorded_poses(person) for name, person in persons.items()}
+    for name, person in persons.items():
+        if HEALTHY in person.predictions:
+            poses = [fitted[name, "own"], followed_poses(person)]
+            fitted[name, "published"] = np.concatenate(poses)
     rows = []
     for one in predictions:
         participant = one.summary["participant"]
@@ -111,7 +114,7 @@ def against_recording(
             if one.solved:
                 pose = one.solution.pose[first:stop]
                 found = recording_distance(pose, tracked[participant][plane], plane, rest_below_deg)
-                outside = outside_region(pose, fitted[participant], region)
+                outside = outside_region(pose, fitted[participant, one.names["arm"]], region)
                 row |= asdict(found) | {
                     "outside_fit_share": float(outside.mean()),
                     STOP_MOMENT: one.summary[STOP_MOMENT],

@@ -10,6 +10,7 @@ from scapulohumeral.player.scene import Scene
 from scapulohumeral.report import (
     calibration_figures,
     gap_tables,
+    ladder,
     loading_figures,
     moment_figures,
     prediction_figures,
@@ -65,6 +66,7 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "solves": prediction_tables.prediction_solves(coordination),
         "starts": prediction_tables.starts(coordination),
         "stability": prediction_tables.stability(coordination),
+        "ladder": ladder_content(study),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
     }
@@ -84,6 +86,14 @@ def judged_content(study: Study) -> dict[str, Any] | None:
             judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")
         ),
     }
+
+
+def ladder_content(study: Study) -> dict[str, Any] | None:
+    """Figure and table of the ladder, None if it was not climbed."""
+    table = study.coordination.ladder
+    if table.empty:
+        return None
+    return {"figure": ladder.ladder_figure(table), "rows": ladder.ladder_rows(table)}
 
 
 def gap_chapter(study: Study) -> dict[str, Any] | None:

@@ -18,7 +18,7 @@ from scapulohumeral.report.coordination_targets import (
 from scapulohumeral.report.prediction_figures import published_angles
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, number_or_none, published_comparison
-from scapulohumeral.stages.rhythm import PhaseRhythm, phase_rhythm, rhythm_by_plane
+from scapulohumeral.stages.rhythm import SHARED, PhaseRhythm, phase_rhythm, rhythm_by_plane
 from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN
 
 # Upward rotations that differ by less tell the same story: share of the published one, but at least
@@ -298,7 +298,10 @@ def _weight_rows(coordination: Coordination, cases: Cases) -> Iterable[tuple[str
 
 
 def published_rhythm_table(rhythm: pd.DataFrame, cases: Cases) -> Table:
-    """Rhythm of all conditions of one participant by plane and phase, next to the published.
+    """Rhythm of all conditions of one participant and of its recording, next to the published.
+
+    Every cell has the rhythm by signed ends of the phase and by the paper's estimator; the last
+    column one over the elevations that all motions of the plane pass.
 
     Parameters
     ----------
@@ -311,18 +314,20 @@ def published_rhythm_table(rhythm: pd.DataFrame, cases: Cases) -> Table:
     }
     rows = []
     own = rhythm[rhythm.participant == cases.participant]
+    phases = tuple(name for name in own.phase.unique() if name != SHARED)
     cases_of = own[["plane", "condition"]].drop_duplicates()
     for plane, condition in cases_of.to_numpy().tolist():
         part = own[(own.plane == plane) & (own.condition == condition)]
         values = part.set_index("phase")
         published = paper.RHYTHM[known[condition]].get(plane, {}) if condition in known else {}
         cells = [
-            number_or_none(values.shr[phase])
+            f"{number_or_none(values.shr[phase])} / {number_or_none(values.shr_range[phase])}"
             + (f" ({published[phase]:.2f})" if phase in published else "")
-            for phase in values.index
+            for phase in phases
         ]
+        low, high, shared = (values[key][SHARED] for key in ("from_deg", "to_deg", "shr"))
+        cells.append(f"{number_or_none(shared)} ({low:.0f} to {high:.0f})")
         notes = {phase: note for phase, note in values.note.items() if isinstance(note, str)}
         text = "; ".join(f"{phase}: {note}" for phase, note in notes.items())
         rows.append((plane, condition, *cells, text))
-    phases = tuple(own.phase.unique())
-    return Table(("plane", "condition", *phases, "notes"), rows)
+    return Table(("plane", "condition", *phases, "shared elevations (deg)", "notes"), rows)

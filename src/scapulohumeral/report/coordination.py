@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,7 @@ class CoordinationFiles:
     predictions, prediction_summaries : in the same order
     prediction_summary, rhythm : tables of all predictions
     against_recording, against_published : tables of their distances; targets : their limits
+    ladder : table of the steps from the authors' problem to the study's own
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
 
@@ -58,6 +59,7 @@ class CoordinationFiles:
     against_recording: Sequence[Path] = ()
     against_published: Sequence[Path] = ()
     targets: Sequence[Path] = ()
+    ladder: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
 
 
@@ -221,6 +223,7 @@ class Coordination:
     prediction_table, rhythm : tables of results/prediction, empty without predictions
     files : where they come from
     judged : distances of predictions and their limits, None without predictions
+    ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     """
 
     channels: Channels | None
@@ -234,6 +237,7 @@ class Coordination:
     rhythm: pd.DataFrame
     files: CoordinationFiles
     judged: Judged | None = None
+    ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -278,6 +282,7 @@ def read_coordination(
         rhythm=_read_table(files.rhythm),
         files=files,
         judged=_read_judged(files, tuple(models)),
+        ladder=_read_table(files.ladder),
     )
 
 

@@ -5,16 +5,17 @@ Letters: N nodes.
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 
 from scapulohumeral.report.against import Predicted
+from scapulohumeral.report.svg import Drawing, Picture, styled
+from scapulohumeral.report.tables import Table
 from scapulohumeral.stages.published_distance import ANGLES, LEVELS_DEG, at_level
 from scapulohumeral.stages.rhythm import range_rhythm, rising_part
 from scapulohumeral.stages.segment_angles import (
@@ -24,6 +25,7 @@ from scapulohumeral.stages.segment_angles import (
 )
 
 WHOLE_RISE = "start-90"
+NAMES = ("rung", "step", "kind", "condition", "plane", "status")
 KINDS = {"alone_": "alone", "upto_": "cumulative"}
 
 
@@ -74,32 +76,55 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
         yield row
 
 
-def ladder_figure(table: pd.DataFrame) -> str:
-    """SVG text: upward rotation of each rung at fixed elevations, a panel per plane and kind."""
+@styled
+def ladder_figure(table: pd.DataFrame) -> Picture:
+    """Upward rotation of each rung at fixed elevations of the arm, a panel per plane and kind."""
     planes = list(dict.fromkeys(table.plane))
-    figure = Figure(figsize=(11.0, 2.6 + 2.4 * len(planes)))
-    axes = figure.subplots(len(planes), 2, sharex=True, squeeze=False)
-    columns = [f"ur_{level:g}_deg" for level in LEVELS_DEG]
-    colours = [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.15, 0.95, len(columns))]
-    for row, plane in zip(axes, planes, strict=True):
+    drawing = Drawing(len(planes), 2, (11.5, 1.0 + 2.6 * len(planes)))
+    colours = [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.15, 0.95, len(LEVELS_DEG))]
+    lines = {
+        f"arm at {level:g} deg": {"color": colour, "marker": "o", "linestyle": "none"}
+        for level, colour in zip(LEVELS_DEG, colours, strict=True)
+    }
+    for row, plane in zip(drawing.axes, planes, strict=True):
         for panel, kind in zip(row, ("alone", "cumulative"), strict=True):
             part = table[(table.plane == plane) & table.kind.isin(["start", kind])]
-            places = np.arange(len(part))
-            for column, level, colour in zip(columns, LEVELS_DEG, colours, strict=True):
-                if column not in part:
-                    continue
-                panel.plot(
-                    part[column], places, "o", color=colour, label=f"arm at {level:g} deg",
-                    markersize=4,
-                )  # fmt: skip
-                panel.axvline(part[column].iloc[0], color=colour, linewidth=0.6, alpha=0.6)
-            panel.set_yticks(places, part.step, fontsize=7)
-            panel.invert_yaxis()
-            panel.set_title(f"{plane} plane, {kind}", loc="left", fontsize=8)
-    for panel in axes[-1]:
+            panel.set_title(f"{plane} plane, {kind}", loc="left")
+            _draw_rungs(drawing, panel, part, lines)
+    for panel in drawing.axes[-1]:
         panel.set_xlabel("upward rotation [deg]")
-    axes[0, 0].legend(fontsize=6, loc="best")
-    figure.tight_layout()
-    text = io.StringIO()
-    figure.savefig(text, format="svg")
-    return text.getvalue()
+    drawing.legend(lines)
+    return drawing.finish(
+        "ladder",
+        "Upward rotation of the predicted scapula while the arm rises. First row of each panel: "
+        "the authors' problem, continued by thin lines; below it one choice at a time taken back "
+        "to the study's own (left), or all choices up to it (right). Rungs without marks did not "
+        "converge.",
+    )
+
+
+def _draw_rungs(
+    drawing: Drawing, panel: Axes, part: pd.DataFrame, lines: Mapping[str, Any]
+) -> None:
+    places = np.arange(len(part), dtype=float)
+    for (label, line), level in zip(lines.items(), LEVELS_DEG, strict=True):
+        values = part.get(f"ur_{level:g}_deg", pd.Series(np.nan, index=part.index)).to_numpy()
+        panel.plot(values, places, markersize=4, **line)
+        panel.axvline(values[0], color=line["color"], linewidth=0.6, alpha=0.6)
+        drawing.keep(panel.get_title(loc="left"), label, places, values)
+    panel.set_yticks(places, part.step, fontsize=7)
+    panel.invert_yaxis()
+
+
+def ladder_rows(table: pd.DataFrame) -> Table:
+    """All rungs as text; marked: not converged."""
+    numbers = [column for column in table.columns if column not in NAMES]
+    rows = [
+        (
+            *(str(row[name]) for name in NAMES),
+            *("" if pd.isna(row[key]) else f"{row[key]:.3g}" for key in numbers),
+        )
+        for row in table.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
+    return Table((*NAMES, *numbers), rows, flagged)

@@ -3,7 +3,7 @@
 Zoufaly, Chadwick, Blana, Daniel 2026, arXiv 2604.01124.
 """
 
-from scapulohumeral.stages.published_arm import NODE_S, PUBLISHED_PLANES
+from scapulohumeral.model.published_arm import NODE_S, PUBLISHED_PLANES
 
 # Root mean square errors of tracking [deg] over three participants and three planes, by
 # formulation (section on results, quaternions against Euler angles).

@@ -75,6 +75,7 @@ def convergence_figure(study: Study) -> Picture:
     drawing.legend({run_label(run): run_line(run) for run in study.runs})
     return drawing.finish(
         "convergence",
-        "How each solve converged. The Gauss-Newton phase finds the region of the optimum; the "
-        "exact Hessian, started from there, ends quadratically.",
+        "How each solve converged. The Gauss-Newton phase, on a coarse mesh, finds the region of "
+        "the optimum; infeasibilities jump where a solution goes to a finer mesh. The exact "
+        "Hessian, started from there, ends quadratically.",
     )

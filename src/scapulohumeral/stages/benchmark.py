@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from opty.direct_collocation import ConstraintCollocator
 from scipy import sparse
 
 from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.ocp.opty_adapter import ConstraintCollocator
 from scapulohumeral.ocp.plain_opty import symbolic_equations
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve

@@ -238,6 +238,7 @@ def _checkpoint(
         posed.parameters,
         posed.objective,
         posed.scalers,
+        posed.bounds,
         start,
         solver,
     )

@@ -20,6 +20,11 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.published_arm import (
+    PUBLISHED_PLANES,
+    published_pose,
+    with_recorded_girdle,
+)
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp import initial_guess
 from scapulohumeral.ocp.kkt import certificate
@@ -44,12 +49,6 @@ from scapulohumeral.stages.problem_choices import (
     chosen_bounds,
     chosen_parameters,
     without_force,
-)
-from scapulohumeral.stages.published_arm import (
-    PUBLISHED_PLANES,
-    published_pose,
-    recorded_poses,
-    with_recorded_girdle,
 )
 
 TRACKED = ("humerus", "elbow")
@@ -254,7 +253,8 @@ def _composite(
             "prediction on the published arm: this participant has no published composite motion"
         )
     published = published_pose(read_motion(files.arm), step)
-    reference = with_recorded_girdle(published, recorded_poses(motions))
+    recorded = {motion.header["trial"]: motion.reference_pose for motion in motions}
+    reference = with_recorded_girdle(published, recorded)
     activity = np.zeros(len(reference))
     for first, stop in PUBLISHED_PLANES.values():
         activity[first:stop] = 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,15 @@ import pandas as pd
 
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.stages.quantities import PredictionCase, plane_rows, rhythm_rows
+from scapulohumeral.stages.rhythm import shared_rhythm
+from scapulohumeral.stages.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
 
+# What the motion that was recorded is called among the conditions.
+RECORDED = "recorded"
 # Objectives of one problem that differ by less belong to the same local optimum.
 SAME_OPTIMUM = 1e-3
 # Columns that tell a problem from others; starts and solver settings do not.
@@ -29,26 +38,66 @@ def summarise_predictions(
     solutions: Sequence[Path],
     summaries: Sequence[Path],
     models: Mapping[str, Path],
+    tracked: Sequence[Path],
     summary: Path,
     rhythm: Path,
 ) -> None:
     """Write a row per participant, condition and plane, and the rhythm per phase.
 
-    A failed solve has a row with its status and no quantities, and no rhythm.
+    A failed solve has a row with its status and no quantities, and no rhythm. The recorded motions
+    behind the tracking solutions have a rhythm, too, as the condition "recorded".
     """
     rows: list[dict[str, Any]] = []
     phases: list[dict[str, Any]] = []
+    motions: list[_Motion] = []
+    for path in tracked:
+        known = read_solution(path)
+        case = PredictionCase(known.header["participant"], RECORDED, np.nan, np.nan)
+        motions.append(_Motion(case, known.header["trial"], known.reference_pose))
     for path, record in zip(solutions, summaries, strict=True):
         solution = read_solution(path, allow_failed=True)
         about = json.loads(record.read_text(encoding="utf-8"))
         model = json.loads(models[about["participant"]].read_text(encoding="utf-8"))
         rows += _rows(solution, about, model)
         if about["status"] == "optimal":
-            phases += rhythm_rows(_case(about), solution.pose, about["planes"])
+            motions += [
+                _Motion(_case(about), plane, solution.pose[slice(*limits)])
+                for plane, limits in about["planes"].items()
+            ]
+    for motion in motions:
+        phases += rhythm_rows(motion.case, motion.pose, {motion.plane: (0, len(motion.pose))})
+    phases += _shared(motions)
     table = pd.DataFrame(rows)
     table["branch"] = _branches(table)
     table.to_csv(summary, index=False, float_format="%.6g")
     pd.DataFrame(phases).to_csv(rhythm, index=False, float_format="%.6g")
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """One elevation, recorded or predicted: poses (N, 13)."""
+
+    case: PredictionCase
+    plane: str
+    pose: np.ndarray
+
+
+def _shared(motions: Sequence[_Motion]) -> list[dict[str, Any]]:
+    """Rhythm over the elevations that all motions of a participant and plane pass."""
+    groups: dict[tuple[str, str], dict[str, _Motion]] = {}
+    for motion in motions:
+        own = groups.setdefault((motion.case.participant, motion.plane), {})
+        own[motion.case.condition] = motion
+    rows = []
+    for (_, plane), own in groups.items():
+        angles = {name: thorax_angles(motion.pose) for name, motion in own.items()}
+        pairs = {
+            name: (a[:, ELEVATION_COLUMN], a[:, UPWARD_ROTATION_COLUMN])
+            for name, a in angles.items()
+        }
+        for name, phase in shared_rhythm(pairs).items():
+            rows.append(asdict(own[name].case) | asdict(replace(phase, plane=plane)))
+    return rows
 
 
 def _case(about: Mapping[str, Any]) -> PredictionCase:

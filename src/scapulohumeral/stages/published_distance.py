@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scapulohumeral.stages.published_arm import PUBLISHED_PLANES, PUBLISHED_RISES
+from scapulohumeral.model.published_arm import PUBLISHED_PLANES, PUBLISHED_RISES
 from scapulohumeral.stages.rhythm import phase_rhythm, range_rhythm
 from scapulohumeral.stages.segment_angles import (
     ELEVATION_COLUMN,

@@ -27,6 +27,8 @@ PHASES = {
     "60-90": (60.0, 90.0),
     "start-90": (-np.inf, 90.0),
 }
+# Name of the interval that all compared rises pass.
+SHARED = "shared"
 # The rise begins at the last node this close to the lowest elevation [deg]: while the arm waits,
 # the scapula may move, and that is no part of the elevation.
 START_TOLERANCE_DEG = 0.1
@@ -44,6 +46,7 @@ class PhaseRhythm:
     from_deg, to_deg : elevation at which the phase begins and ends in this motion
     shr : rhythm [1]; not a number where `note` says why
     delta_th_deg, delta_ts_deg : changes of elevation and of upward rotation
+    shr_range : the same by the paper's estimator, see `range_rhythm`
     note : what differs from the nominal phase, or empty
     """
 
@@ -55,6 +58,7 @@ class PhaseRhythm:
     delta_th_deg: float
     delta_ts_deg: float
     note: str
+    shr_range: float = np.nan
 
 
 def rhythm_by_plane(
@@ -98,10 +102,33 @@ def phase_rhythm(
     elevation_deg, upward_rotation_deg : arrays, shape (N,)
     """
     rise = rising_part(elevation_deg)
+    ranges = range_rhythm(elevation_deg[rise], upward_rotation_deg[rise])
     return tuple(
-        _phase(name, elevation_deg[rise], upward_rotation_deg[rise], bounds)
+        replace(
+            _phase(name, elevation_deg[rise], upward_rotation_deg[rise], bounds),
+            shr_range=ranges[name],
+        )
         for name, bounds in PHASES.items()
     )
+
+
+def shared_rhythm(motions: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, PhaseRhythm]:
+    """Rhythm of several rises over the elevations that all of them pass, by name.
+
+    Rhythms over unlike intervals say little about each other: an arm that stops at 70 deg has other
+    ones than an arm that goes on to 93 deg.
+
+    Parameters
+    ----------
+    motions : elevation and upward rotation [deg], (N,) each, of one plane
+    """
+    rises = {}
+    for name, (elevation, upward) in motions.items():
+        rise = rising_part(elevation)
+        rises[name] = (elevation[rise], upward[rise])
+    low = max(float(elevation[0]) for elevation, _ in rises.values())
+    high = min(float(elevation[-1]) for elevation, _ in rises.values())
+    return {name: _phase(SHARED, *rise, (low, high)) for name, rise in rises.items()}
 
 
 def range_rhythm(elevation_deg: np.ndarray, upward_rotation_deg: np.ndarray) -> dict[str, float]:

@@ -28,9 +28,6 @@ PRIOR_SURFACE = "serr_ant"
 # The others say how far a thorax of given size differs from the scaled one; they decide only what
 # the two contact points leave open.
 LEVEL_SD = 0.05
-# Contact pushes and never pulls: a scapula inside the surface means hundreds of newtons, one
-# outside means nothing. Inside, the distance counts so many times more than outside.
-INSIDE_FACTOR = 4.0
 CENTRE_SD_M = 0.03
 LOG_RADIUS_SD = 0.15
 # No thorax differs from the scaled one by more: share of each radius.
@@ -56,7 +53,8 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     prior = prior_ellipsoid(record)
     poses = np.concatenate([trial_to_pose(read_motion(path).angles_rad) for path in recordings])
     points = contact_points(record, poses)
-    centre, radii = fit_ellipsoid(points.reshape(-1, 3), *prior)
+    inside_factor = record["constants"]["scapulothoracic_contact"]["inside_factor"]
+    centre, radii = fit_ellipsoid(points.reshape(-1, 3), *prior, inside_factor)
     level = level_set(points, centre, radii)
     document = {
         "schema": "thorax/1",
@@ -73,7 +71,7 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
             "radii_m": prior[1].tolist(),
             "level_mean": float(level_set(points, *prior).mean()),
             "level_sd": LEVEL_SD,
-            "inside_factor": INSIDE_FACTOR,
+            "inside_factor": inside_factor,
             "centre_sd_m": CENTRE_SD_M,
             "log_radius_sd": LOG_RADIUS_SD,
         },
@@ -108,12 +106,14 @@ def level_set(points: Array, centre: Array, radii: Array) -> Array:
     return np.sum(((points - centre) / radii) ** 2, axis=-1) - 1.0
 
 
-def fit_ellipsoid(points: Array, centre: Array, radii: Array) -> tuple[Array, Array]:
+def fit_ellipsoid(
+    points: Array, centre: Array, radii: Array, inside_factor: float
+) -> tuple[Array, Array]:
     """Centre and radii [m] of the ellipsoid on which points (F, 3) lie best, near a prior one.
 
     Least squares of the level-set values (their mean square counts, so that the prior has the same
     weight for every number of frames), of the shift of the centre and of the logarithms of the
-    radii, each over its standard deviation. Points inside count ``INSIDE_FACTOR`` times.
+    radii, each over its standard deviation. Points inside count ``inside_factor`` times.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def fit_ellipsoid(points: Array, centre: Array, radii: Array) -> tuple[Array, Ar
 
     def residuals(x: Array) -> Array:
         level = level_set(points, centre + x[:3], radii * np.exp(x[3:]))
-        level = np.where(level < 0, INSIDE_FACTOR, 1.0) * level
+        level = np.where(level < 0, inside_factor, 1.0) * level
         return np.concatenate([weight * level, x[:3] / CENTRE_SD_M, x[3:] / LOG_RADIUS_SD])
 
     lower, upper = np.log1p(-LARGEST_RADIUS_CHANGE), np.log1p(LARGEST_RADIUS_CHANGE)

@@ -9,22 +9,23 @@ Letters: N nodes, T frames.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.girdle_range import arm_elevation
+from scapulohumeral.model.motion import Motion, read_motion
+from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.rotations import (
     Array,
     make_continuous,
+    pose_to_trial,
     quaternion_conjugate,
     quaternion_multiply,
     trial_to_pose,
 )
-from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.stages.segment_angles import ELEVATION_COLUMN, thorax_angles
 
 # The authors' mesh [s], and their composite motion: three elevations of 101 rows with 40 rows
 # between them, 383 rows splined to 268 nodes (merge_motions.m). First node of each elevation and
@@ -70,7 +71,7 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     published : (268, 13) of :func:`published_pose`
     recorded : poses (T, 13) of the recorded elevations by plane
     """
-    elevation = thorax_angles(published)[:, ELEVATION_COLUMN]
+    elevation = _elevation(published)
     nodes, girdle = [], []
     for plane, (first, stop) in PUBLISHED_PLANES.items():
         if plane not in recorded:
@@ -95,17 +96,27 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     return pose
 
 
-def recorded_poses(tracked: Sequence[Solution]) -> dict[str, Array]:
-    """Recorded motions behind tracking solutions, poses (T, 13) by trial."""
-    return {solution.header["trial"]: solution.reference_pose for solution in tracked}
+def followed_poses(participant: Participant, condition: str = "healthy") -> Array:
+    """Poses (268, 13) of a participant's published arm on its own recorded girdle."""
+    motion = read_motion(participant.predictions[condition])
+    girdles = {
+        plane: trial_to_pose(participant.trial(plane).motion.angles_rad)
+        for plane in PUBLISHED_PLANES
+    }
+    return with_recorded_girdle(published_pose(motion), girdles)
+
+
+def _elevation(pose: Array) -> Array:
+    """Elevation of the arm in the thorax, (T,) [rad]."""
+    return arm_elevation(pose_to_trial(pose))
 
 
 def _at_elevation(recorded: Array, elevation: Array) -> Array:
-    """Girdle (N, 8) of a recording at elevations (N,) [deg] of another rise and descent."""
+    """Girdle (N, 8) of a recording at elevations (N,) [rad] of another rise and descent."""
     girdle = recorded[:, :8].copy()
     for joint in JOINTS[:2]:
         girdle[:, joint] = make_continuous(girdle[:, joint])
-    own = thorax_angles(recorded)[:, ELEVATION_COLUMN]
+    own = _elevation(recorded)
     own_peak, peak = int(np.argmax(own)), int(np.argmax(elevation))
     rise = np.maximum.accumulate(own[: own_peak + 1])
     descent = np.maximum.accumulate(own[own_peak:][::-1])

@@ -22,6 +22,7 @@ from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.curves import FOLDER as CURVES
 from scapulohumeral.gap.curves import check_curves, write_curves
 from scapulohumeral.gap.diagnosis import diagnose
+from scapulohumeral.gap.marks import unmeasured
 from scapulohumeral.gap.participant import find_participant, read_participant_file
 from scapulohumeral.gap.participant_model import (
     MODEL_TABLES,
@@ -179,7 +180,13 @@ def _completed(
         "inputs": case_hash(case),
         "null_bank": diagnosis.hashes.get("null_bank"),
     }
-    return replace(diagnosis, mode=case.mode, inputs=describe_inputs(case), hashes=hashes)
+    return replace(
+        diagnosis,
+        mode=case.mode,
+        inputs=describe_inputs(case),
+        warnings=(*diagnosis.warnings, *unmeasured(case)),
+        hashes=hashes,
+    )
 
 
 def _illustrate(diagnosis: Diagnosis, request: Request) -> None:

@@ -30,6 +30,7 @@ from scapulohumeral.gap.nominal.participant_model import (
 from scapulohumeral.gap.output.page import write_report
 from scapulohumeral.gap.pipeline import diagnose
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
+from scapulohumeral.gap.recording.marks import unmeasured
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
 from scapulohumeral.gap.recording.trials import read_trials, trial_files
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
@@ -179,7 +180,13 @@ def _completed(
         "inputs": case_hash(case),
         "null_bank": diagnosis.hashes.get("null_bank"),
     }
-    return replace(diagnosis, mode=case.mode, inputs=describe_inputs(case), hashes=hashes)
+    return replace(
+        diagnosis,
+        mode=case.mode,
+        inputs=describe_inputs(case),
+        warnings=(*diagnosis.warnings, *unmeasured(case)),
+        hashes=hashes,
+    )
 
 
 def _illustrate(diagnosis: Diagnosis, request: Request) -> None:

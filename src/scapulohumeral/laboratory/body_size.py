@@ -65,19 +65,25 @@ def scale_factors(recordings: Sequence[Points], tables: ModelTables) -> dict[str
             if a in points and b in points
         ]
         if ratios:
-            found[segment] = float(np.median(ratios))
-            low, high = SCALE_RANGE
-            if not low <= found[segment] <= high:
-                raise DataError(
-                    f"{segment}: {found[segment]:.2f} times the model; expected {low} to {high}. "
-                    f"Check landmarks {', '.join(sorted({n for pair in pairs for n in pair}))}."
-                )
+            found[segment] = _possible(segment, float(np.median(ratios)))
     usual = float(np.mean(list(found.values())))
     forearm = found.pop("forearm", usual)
     return {
         segment: forearm if segment in FOREARM else found.get(segment, usual)
         for segment in SCALED_SEGMENTS
     }
+
+
+def _possible(segment: str, factor: float) -> float:
+    """The factor, unless no adult has it."""
+    low, high = SCALE_RANGE
+    if low <= factor <= high:
+        return factor
+    names = sorted({name for pair in DISTANCES[segment] for name in pair})
+    raise DataError(
+        f"{segment}: {factor:.2f} times the model; expected {low} to {high}. Check landmarks "
+        f"{', '.join(names)}."
+    )
 
 
 def _with_elbow(points: Points) -> dict[str, Array]:

@@ -58,7 +58,9 @@ def continuous_yzy(angles: Array) -> Array:
         before = near[int(np.argmin([np.sum((form - before) ** 2) for form in near]))]
         result[k] = before
     # Whole turns that the recording has wound up, as a raised and lowered arm does, mean nothing.
-    return result - FULL_TURN * np.round(result.mean(axis=0) / FULL_TURN) * [1, 0, 1]
+    result = result - FULL_TURN * np.round(result.mean(axis=0) / FULL_TURN) * [1, 0, 1]
+    # Tables hold at most one turn; an arm that circles on and on jumps by a turn now and then.
+    return np.where(np.abs(result) > FULL_TURN, np.fmod(result, FULL_TURN), result)
 
 
 def elbow_flexion(tables: ModelTables, humerus: Array, forearm: Array) -> Array:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -151,10 +151,11 @@ def write_study_participant(
     own.mkdir(parents=True, exist_ok=True)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
+    document = _study_document(person, tables, trials)
     path = own / PARTICIPANT_FILE
     _write(
         path,
-        _study_document(person, tables, trials),
+        document,
         "Scale factors from landmarks; mass.published_total_kg gives the arm the mass that de Leva "
         "1996\n# gives for this body mass. Set hand_load_kg and daily_task where they apply.",
     )
@@ -164,7 +165,7 @@ def write_study_participant(
 
 
 def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
-    """Refuse names that the study cannot use."""
+    """Refuse names that the study cannot use in its files."""
     if not re.fullmatch(r"[a-z0-9]+", person.id):
         raise ConfigError(f"id '{person.id}': expected small letters and digits. Rename it.")
     wrong = [name for name in trials if not re.fullmatch(r"[a-z0-9_]+", name)]
@@ -174,9 +175,11 @@ def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
         )
 
 
-def _study_document(person: Person, tables: ModelTables, trials: Iterable[str]) -> dict[str, Any]:
-    """Content of participant.yaml of a participant of the study."""
-    masses = segment_masses(person.body, tables)
+def _study_document(
+    person: Person, tables: ModelTables, trials: Mapping[str, Path]
+) -> dict[str, Any]:
+    """Content of a participant.yaml of the study."""
+    total = total_mass(segment_masses(person.body, tables), tables)
     return {
         "schema": "participant/1",
         "id": person.id,
@@ -186,10 +189,7 @@ def _study_document(person: Person, tables: ModelTables, trials: Iterable[str]) 
         "body_mass_kg": person.body.mass_kg,
         "gravity_in_thorax_mps2": list(person.gravity_mps2),
         "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
-        "mass": {
-            "published_total_kg": round(total_mass(masses, tables), 4),
-            "preserve_mass_distribution": True,
-        },
+        "mass": {"published_total_kg": round(total, 4), "preserve_mass_distribution": True},
         "trials": {
             name: {
                 "file": f"{name}.csv",

@@ -224,6 +224,18 @@ def test_angles_have_no_jumps_where_the_arm_has_none(tmp_path: Path) -> None:
     assert np.abs(np.diff(angles_of(outcome), axis=0)).max() < 3.0
 
 
+def test_an_arm_that_circles_on_can_be_read_again(tmp_path: Path) -> None:
+    """Angles wound up by three turns, as circles of the arm do."""
+    angles = made.arm_angles()
+    angles[:, 6] += np.linspace(0.0, 6.0 * np.pi, len(angles))
+    angles[:, 7] = np.deg2rad(40.0)
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL))
+    write_outcomes(tmp_path / "out", [outcome], True, "a command")
+    read = read_motion(tmp_path / "out" / "trial.csv").angles_rad
+    turns = (read - angles)[:, 6:9] / (2.0 * np.pi)
+    assert np.abs(turns - np.round(turns)).max() < 1e-4
+
+
 def test_a_trial_with_a_fault_gets_no_table(tmp_path: Path) -> None:
     points = made.landmarks(made.arm_angles(), MODEL)
     points["EM"] = points["EM"] + 1.5 * (points["EM"] - points["EL"])

@@ -110,6 +110,7 @@ def own_study(
     ConfigError                      no participants, no common trials, or a condition that cannot
                                      be predicted without EMG
     """
+    from scapulohumeral.model.participant import read_participant
     from scapulohumeral.model.participant_file import list_participants
 
     names = list_participants(folder)
@@ -117,13 +118,14 @@ def own_study(
         raise ConfigError(
             f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
         )
-    common = _common_trials(folder, names, trials)
-    _check_predictable(predict, config["prediction"]["conditions"])
+    recorded = {name: list(read_participant(folder, name).trials) for name in names}
+    common = _common_trials(recorded, trials)
+    _check_predictable(config["prediction"]["conditions"], predict)
     return {
         "report": report,
         "participants_folder": str(folder),
         "participants": list(names),
-        "planes": list(trials or common),
+        "planes": common,
         "validation": {"tasks": []},
         "prediction": {
             "predict": list(predict),
@@ -139,29 +141,27 @@ def own_study(
     }
 
 
-def _common_trials(folder: Path, names: Sequence[str], trials: Sequence[str]) -> list[str]:
-    """Trials that every participant has; those that were asked for must be among them."""
-    from scapulohumeral.model.participant import read_participant
-
-    recorded = [read_participant(folder, name).trials for name in names]
-    common = [trial for trial in recorded[0] if all(trial in others for others in recorded)]
-    missing = [trial for trial in trials if trial not in common]
+def _common_trials(recorded: Mapping[str, list[str]], wanted: Sequence[str]) -> list[str]:
+    """Trials that all participants have: the wanted ones, or all without wishes."""
+    first = next(iter(recorded.values()))
+    common = [trial for trial in first if all(trial in trials for trials in recorded.values())]
+    missing = [trial for trial in wanted if trial not in common]
     if missing or not common:
         raise ConfigError(
             f"--trials {', '.join(missing) or '(none)'}: expected trials that all of "
-            f"{', '.join(names)} have: {', '.join(common) or 'there are none'}."
+            f"{', '.join(recorded)} have: {', '.join(common) or 'there are none'}."
         )
-    return common
+    return list(wanted or common)
 
 
-def _check_predictable(predict: Sequence[str], conditions: Mapping[str, Any]) -> None:
-    """Refuse conditions that cannot be predicted without EMG."""
+def _check_predictable(conditions: Mapping[str, Any], wanted: Sequence[str]) -> None:
+    """Refuse predictions that need muscles calibrated to EMG."""
     possible = [
         name
         for name, condition in conditions.items()
         if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
     ]
-    wrong = [name for name in predict if name not in possible]
+    wrong = [name for name in wanted if name not in possible]
     if wrong:
         raise ConfigError(
             f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "

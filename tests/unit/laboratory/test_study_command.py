@@ -1,0 +1,51 @@
+"""What the study command asks for, for own participants."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.laboratory.commands.study import own_study
+from scapulohumeral.provenance import CONFIG_FOLDER
+
+pytestmark = pytest.mark.unit
+CONFIG = yaml.safe_load((CONFIG_FOLDER / "config.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(name="people")
+def people_fixture(tmp_path: Path) -> Path:
+    """Two participants with the three elevations, one of them with daily tasks too."""
+    for name in ("par1", "par2"):
+        shutil.copytree(CONFIG_FOLDER / "participants" / name, tmp_path / name)
+    return tmp_path
+
+
+def test_trials_that_all_have_are_tracked(people: Path) -> None:
+    asked = own_study(people, [], ["healthy_generic"], "own", CONFIG)
+    assert asked["participants"] == ["par1", "par2"]
+    assert asked["planes"] == ["frontal", "scapular", "sagittal"]
+    assert asked["participants_folder"] == str(people)
+    assert asked["prediction"]["predict"] == ["healthy_generic"]
+    assert not any(asked["prediction"]["predict_also"].values())
+    assert asked["validation"]["tasks"] == asked["diagnose"] == []
+
+
+@pytest.mark.parametrize(
+    ("trials", "predict", "said"),
+    [
+        (["lifting"], [], "--trials lifting: expected trials that all of par1, par2 have"),
+        ([], ["healthy"], "--predict healthy: expected healthy_generic"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(
+    trials: list[str], predict: list[str], said: str, people: Path
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        own_study(people, trials, predict, "own", CONFIG)
+
+
+def test_a_folder_without_participants_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no folder with a participant.yaml"):
+        own_study(tmp_path, [], [], "own", CONFIG)

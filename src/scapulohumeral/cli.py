@@ -20,17 +20,20 @@ REFUSED = 2
 COMMANDS = {
     "convert": (
         "recordings (markers, motions of other models, orientations) to trial tables",
-        "scapulohumeral.recordings.convert_cli",
+        "scapulohumeral.laboratory.commands.convert",
     ),
     "emg": (
         "raw EMG and maximal contractions to the envelopes that a diagnosis reads",
-        "scapulohumeral.recordings.emg_cli",
+        "scapulohumeral.laboratory.commands.emg",
     ),
     "participant": (
         "a participant of the study from a static trial and body size",
-        "scapulohumeral.recordings.participant_cli",
+        "scapulohumeral.laboratory.commands.participant",
     ),
-    "study": ("the study, of own participants too, by Snakemake", "scapulohumeral.study_command"),
+    "study": (
+        "the study, of own participants too, by Snakemake",
+        "scapulohumeral.laboratory.commands.study",
+    ),
 }
 GAP = "gap"
 

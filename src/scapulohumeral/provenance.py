@@ -5,6 +5,7 @@ import hashlib
 import platform
 import subprocess
 from collections.abc import Iterable, Iterator
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -80,13 +81,21 @@ def imported_names(path: Path, module: str) -> Iterator[str]:
     module : str
         Dotted name of that file, against which relative imports are resolved.
     """
+    yield from _imported_names(path, module, path.stat().st_mtime_ns)
+
+
+@cache
+def _imported_names(path: Path, module: str, modified_ns: int) -> tuple[str, ...]:
+    """The same, read once per version of the file: the code of every rule is asked for."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    names: list[str] = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             origin = absolute_origin(node, package)
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
+            names += [f"{origin}.{alias.name}" for alias in node.names]
+    return tuple(names)
 
 
 def code_hash(module: str) -> str:

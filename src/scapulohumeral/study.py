@@ -15,8 +15,8 @@ from scapulohumeral.configuration.check import check_config
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.participant_file import list_participants, read_participant_file
-from scapulohumeral.stages.problem_choices import ProblemChoices
-from scapulohumeral.stages.variants import named_variants
+from scapulohumeral.problems.problem_choices import ProblemChoices
+from scapulohumeral.problems.variants import named_variants
 
 # Where a prediction may start that is no other prediction.
 STARTS = ("tracking", "direct")

@@ -14,10 +14,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from plants.effects import Injection, co_contraction, frame_misalignment
-from plants.generate import Recordings, case_key, load_study, recorded_cases, write_case
-from plants.observation import Recording
-from plants.plan import Plan
+
+from simulated_persons.effects import Injection, co_contraction, frame_misalignment
+from simulated_persons.generate import Recordings, case_key, load_study, recorded_cases, write_case
+from simulated_persons.observation import Recording
+from simulated_persons.plan import Plan
 
 PARTICIPANT = "par2"
 # Every fourth of the simulated frames is kept, 25 Hz: what people do lies below 6 Hz.

@@ -14,7 +14,7 @@ from reintegration import QUATERNIONS, midpoint_residuals, reintegrated
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.ocp.solution import Solution, read_solution
-from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel, load_model
+from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
 
 pytestmark = pytest.mark.results
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from places import REPOSITORY
 
 from scapulohumeral import provenance
 
@@ -15,7 +16,7 @@ RULE = re.compile(r"^rule (\w+):\n((?:[ \t].*\n|\n)*)", re.MULTILINE)
 
 def rules_with_script() -> dict[str, str]:
     """Text of each rule that runs a script."""
-    folder = Path(__file__).parents[2] / "workflow/rules"
+    folder = REPOSITORY / "workflow/rules"
     text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.smk")))
     return {name: body for name, body in RULE.findall(text) if "script:" in body}
 

@@ -26,7 +26,7 @@ rule sample_solution_geometry:
         poses="results/prediction/{participant}/{condition}_audited.npz",
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
-        code=code_of("scapulohumeral.model.opensim_sampling"),
+        code=code_of("scapulohumeral.model.muscle_paths.opensim_sampling"),
     output:
         samples=temp("results/prediction/{participant}/{condition}_opensim.npz"),
     log:

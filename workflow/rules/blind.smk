@@ -48,7 +48,7 @@ rule draw_null_cases:
     message:
         "Null bank: simulate {params.cases} cases without any effect"
     shell:
-        "PYTHONPATH=tests python -m plants.generate --kind null --cases {params.cases}"
+        "python -m simulated_persons.generate --kind null --cases {params.cases}"
         " --seed {params.seed} --results results --participants config/participants"
         " --names {params.participants}"
         " --out {output.cases} --keys $(mktemp -d)/keys > {log.python} 2>&1"
@@ -125,7 +125,7 @@ rule draw_blind_cases:
         "Blind cases ({wildcards.benchmark}): simulate {params.cases} cases and seal their keys"
     shell:
         "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
-        " && (PYTHONPATH=tests python -m plants.generate --cases {params.cases} --results results"
+        " && (python -m simulated_persons.generate --cases {params.cases} --results results"
         " --participants config/participants --names {params.participants}"
         " --out {output.cases} --keys $keys"
         " && python -m scapulohumeral.gap.cli gap blind seal --cases {output.cases}"

@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.stages import variants
+from scapulohumeral.problems import variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
 

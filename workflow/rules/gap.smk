@@ -34,8 +34,8 @@ rule diagnose_gap:
         recordings=elevations,
         tables=MODEL_TABLES,
         config=rules.write_gap_config.output.config,
-        code=code_of("scapulohumeral.gap.diagnosis", "scapulohumeral.gap.run"),
-        opensim_code=code_of("scapulohumeral.gap.opensim_stage"),
+        code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
+        opensim_code=code_of("scapulohumeral.gap.nominal.opensim_process"),
     output:
         result="results/gap/{participant}/result.json",
         page="results/gap/{participant}/report.html",

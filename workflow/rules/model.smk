@@ -42,11 +42,11 @@ rule sample_muscle_geometry:
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
         code=code_of(
-            "scapulohumeral.model.opensim_sampling",
+            "scapulohumeral.model.muscle_paths.opensim_sampling",
             "scapulohumeral.model.participant",
-            "scapulohumeral.model.pose_region",
+            "scapulohumeral.model.muscle_paths.pose_region",
             "scapulohumeral.model.published_arm",
-            "scapulohumeral.model.thorax_clearance",
+            "scapulohumeral.model.muscle_paths.thorax_clearance",
         ),
     output:
         samples="results/muscle_geometry/{participant}/{formulation}_samples.npz",

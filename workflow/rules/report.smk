@@ -113,7 +113,7 @@ rule draw_readme_pictures:
         models=["results/models/par2.json"],
         participants=["config/participants/par2/participant.yaml"],
         published="config/participants/par2/published/frontal_tracking.csv",
-        code=code_of("scapulohumeral.report.figures", "scapulohumeral.report.study"),
+        code=code_of("scapulohumeral.report.tracking.figures", "scapulohumeral.report.study"),
     output:
         motion="reports/motion.svg",
         gimbal_lock="reports/gimbal_lock.svg",

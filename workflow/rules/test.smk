@@ -41,10 +41,10 @@ rule test_results:
         rhythm=prediction_table("shr"),
         report=f"reports/{config['report']}.html",
         tests=[
-            "tests/reintegration.py",
+            "tests/support/reintegration.py",
             *sorted(str(path) for path in Path("tests/results").glob("*.py")),
         ],
-        code=code_of("scapulohumeral.stages.model_files", "scapulohumeral.report.targets"),
+        code=code_of("scapulohumeral.problems.model_files", "scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:

@@ -106,7 +106,7 @@ rule compare_predictions:
         ),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         targets="config/targets.yaml",
-        code=code_of("scapulohumeral.report.against"),
+        code=code_of("scapulohumeral.report.prediction.against"),
     output:
         recording="results/prediction/against_recording.csv",
         published="results/prediction/against_published.csv",
@@ -130,7 +130,7 @@ rule tabulate_ladder:
         summaries=ladder_results(
             "results/variants/{variant}/{participant}/{condition}.summary.json"
         ),
-        code=code_of("scapulohumeral.report.ladder"),
+        code=code_of("scapulohumeral.report.prediction.ladder"),
     output:
         # Kept with the report, because the ladder is no part of the study.
         table="reports/ladder.csv",

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from scapulohumeral.stages.model_files import ModelFiles
-from scapulohumeral.stages.posed_problem import SolveSettings
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.problems.posed_problem import SolveSettings
 
 
 def model_files(snakemake: Any) -> ModelFiles:

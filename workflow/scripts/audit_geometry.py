@@ -8,7 +8,7 @@ log_to_file(snakemake)
 
 from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.model.muscle_geometry import load_geometry
+from scapulohumeral.model.muscle_paths.geometry import load_geometry
 from scapulohumeral.stages.geometry_audit import audit_geometry
 
 dynamics = compiled.load(Path(snakemake.input.equations))

@@ -6,8 +6,8 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.model.pose_region import Region
-from scapulohumeral.report.against import AgainstFiles, compare
+from scapulohumeral.model.muscle_paths.pose_region import Region
+from scapulohumeral.report.prediction.against import AgainstFiles, compare
 
 given = snakemake.input
 compare(

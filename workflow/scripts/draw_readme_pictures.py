@@ -7,8 +7,8 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.report.figures import gimbal_figure, motion_figure
 from scapulohumeral.report.study import by_trial, read_runs
+from scapulohumeral.report.tracking.figures import gimbal_figure, motion_figure
 
 files = {
     name: [Path(path) for path in snakemake.input[name]]

@@ -7,8 +7,8 @@ from _log import log_to_file
 log_to_file(snakemake)
 
 from scapulohumeral.dynamics import compiled
-from scapulohumeral.model.muscle_fit import FitSettings
-from scapulohumeral.model.muscle_geometry import save_geometry
+from scapulohumeral.model.muscle_paths.fit import FitSettings
+from scapulohumeral.model.muscle_paths.geometry import save_geometry
 from scapulohumeral.stages.geometry import assess_muscle_geometry, fit_muscle_geometry
 
 samples, model = Path(snakemake.input.samples), Path(snakemake.input.model)

@@ -10,12 +10,12 @@ log_to_file(snakemake)
 import numpy as np
 import opensim
 
-from scapulohumeral.model.opensim_sampling import sample_geometry
+from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
+from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
+from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.model.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.published_arm import followed_poses
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.model.thorax_clearance import is_clear
 
 settings = snakemake.params
 folder = Path(snakemake.input.participant).parent

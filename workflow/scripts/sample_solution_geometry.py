@@ -10,7 +10,7 @@ log_to_file(snakemake)
 import numpy as np
 import opensim
 
-from scapulohumeral.model.opensim_sampling import sample_geometry
+from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 
 record = json.loads(Path(snakemake.input.model).read_text(encoding="utf-8"))
 muscles = [muscle["name"] for muscle in record["muscles"]]

@@ -8,13 +8,13 @@ log_to_file(snakemake)
 
 from _files import model_files, solve_settings
 
+from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.stages.prediction import (
     Condition,
     PredictionFiles,
     PredictionSettings,
     solve_prediction,
 )
-from scapulohumeral.stages.problem_choices import ProblemChoices
 
 chosen = dict(snakemake.params.condition)
 optional = {key: snakemake.input.get(key) for key in ("calibration", "neighbour", "arm")}

@@ -6,8 +6,8 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.report.against import read_predictions
-from scapulohumeral.report.ladder import ladder_figure, ladder_table
+from scapulohumeral.report.prediction.against import read_predictions
+from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_table
 
 predictions = read_predictions(
     [Path(path) for path in snakemake.input.solutions],

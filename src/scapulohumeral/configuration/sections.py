@@ -149,6 +149,10 @@ class CalibrationWeights(CommonWeights):
 class PredictionWeights(CommonWeights):
     """Prediction of scapula and clavicle."""
 
+    strength_exponent: Annotated[
+        Real, key("Power of an element's strength in its squared activation [1].", ge=0, le=1)
+    ]
+
 
 @dataclass(frozen=True)
 class Weights(Section):

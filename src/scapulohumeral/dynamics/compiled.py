@@ -27,7 +27,7 @@ from scapulohumeral.dynamics import equations, native
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, SIZE, scalar_names
 from scapulohumeral.errors import ModelError
-from scapulohumeral.model.muscle_geometry import ROTATION_BLOCKS
+from scapulohumeral.model.muscle_paths.geometry import ROTATION_BLOCKS
 
 FUNCTIONS = ("residual", "jacobian", "hessian", "features", "feature_second", "pose_matrices")
 CASADI_NAMES = {

@@ -32,7 +32,7 @@ from scapulohumeral.dynamics.hill import (
     force_derivatives,
 )
 from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
-from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,13 +72,7 @@ def dynamics_parameters(
         "joint_damping": [passive["b_Nms_per_rad"]] * 4,
         "stop_stiffness": passive["k2_Nm_per_rad2"],
         "stop_eps": passive["eps_rad"],
-        **{
-            f"range_{end}_{joint}": [
-                record["girdle_range_rad"][name][place] for name in REST_COORDINATES[joint]
-            ]
-            for joint in GIRDLE_JOINTS
-            for place, end in enumerate(("least", "largest"))
-        },
+        **girdle_range(record),
         **rest_pose(record),
     }
     for name in ("clavicle", "scapula", "humerus"):
@@ -87,6 +81,17 @@ def dynamics_parameters(
         values[f"com_{name}"] = segment["com_m"]
         values[f"inertia_{name}"] = segment["inertia_kgm2"]
     return pack(values)
+
+
+def girdle_range(record: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Least and largest angles of the sternoclavicular and acromioclavicular joints [rad]."""
+    return {
+        f"range_{end}_{joint}": [
+            record["girdle_range_rad"][name][place] for name in REST_COORDINATES[joint]
+        ]
+        for joint in GIRDLE_JOINTS
+        for place, end in enumerate(("least", "largest"))
+    }
 
 
 def elbow_axis(record: Mapping[str, Any]) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from scapulohumeral.dynamics.compiled import CompiledDynamics
-from scapulohumeral.model.muscle_geometry import ROTATION_FEATURES
+from scapulohumeral.model.muscle_paths.geometry import ROTATION_FEATURES
 
 
 @dataclass(frozen=True)

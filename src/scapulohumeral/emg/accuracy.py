@@ -1,7 +1,7 @@
 """How well an envelope tells an excitation: what whoever compares the two has to allow for.
 
 Measured with the pipeline itself on simulated recordings of constant excitation, with the settings
-of ``config/config.yaml``; `tests/unit/test_emg_accuracy.py` measures again.
+of ``config/config.yaml``; `tests/unit/emg/test_accuracy.py` measures again.
 
 ===========================  ==============================================================
 noise of a sample            10.7 % of the excitation: +-0.021 at 0.2, the same share from

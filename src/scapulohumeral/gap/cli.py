@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.gap.bank_cli import add_bank_commands
-from scapulohumeral.gap.blind_cli import add_blind_commands
+from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
+from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
 
 CONFIG = CONFIG_FOLDER / "config.yaml"

@@ -21,16 +21,19 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.case import Case
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
+from scapulohumeral.gap.recording.case import Case
 
 SCHEMA_FILE = "result.schema.json"
-NONE, NO_GAP = "none", "no_gap"
-# Between the two effects of a pair.
-JOIN = " + "
+
+
 # Probabilities and shares are sums of many rounded numbers.
 SUM_TOLERANCE = 1e-6
 
+
 Interval = tuple[float, float] | None
+
+
 Status = Literal["ok", "abstained", "failed"]
 
 
@@ -64,7 +67,7 @@ class Size:
 
 
 @dataclass(frozen=True)
-class NoCost:
+class Feasibility:
     """Whether any activations in [0, 1] reach the data, and in how many frames none do [%]."""
 
     tested: bool
@@ -93,7 +96,7 @@ class Gap:
     threshold: float
     floor_source: str
     size: Size
-    no_cost: NoCost
+    no_cost: Feasibility
     smallest_detectable: tuple[Detectable, ...]
 
 

@@ -18,19 +18,20 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
-from scapulohumeral.gap.case import Case, GapTrial, case_hash, make_case
-from scapulohumeral.gap.curves import FOLDER as CURVES
-from scapulohumeral.gap.curves import check_curves, write_curves
-from scapulohumeral.gap.diagnosis import diagnose
-from scapulohumeral.gap.participant import find_participant, read_participant_file
-from scapulohumeral.gap.participant_model import (
+from scapulohumeral.gap.curve_files import FOLDER as CURVES
+from scapulohumeral.gap.curve_files import check_curves, write_curves
+from scapulohumeral.gap.nominal.participant_model import (
     MODEL_TABLES,
     ModelSettings,
     ParticipantModel,
     check_groups,
     participant_model,
 )
-from scapulohumeral.gap.report import write_report
+from scapulohumeral.gap.output.page import write_report
+from scapulohumeral.gap.pipeline import diagnose
+from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
+from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
+from scapulohumeral.gap.recording.trials import read_trials, trial_files
 from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
 from scapulohumeral.gap.settings import (
     SETTINGS,
@@ -40,7 +41,6 @@ from scapulohumeral.gap.settings import (
     read_settings,
     sections_read,
 )
-from scapulohumeral.gap.trials import read_trials, trial_files
 from scapulohumeral.instructions import instruction_hash
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
@@ -49,9 +49,9 @@ COMMAND = "scapulohumeral.gap.cli"
 # What makes an answer of files: not the command, the page or the benchmark.
 ANSWERING = (
     "scapulohumeral.gap.run:read_case",
-    "scapulohumeral.gap.participant_model:participant_model",
-    "scapulohumeral.gap.opensim_stage:build",
-    "scapulohumeral.gap.diagnosis:diagnose",
+    "scapulohumeral.gap.nominal.participant_model:participant_model",
+    "scapulohumeral.gap.nominal.opensim_process:build",
+    "scapulohumeral.gap.pipeline:diagnose",
 )
 PACKAGE = "scapulohumeral"
 

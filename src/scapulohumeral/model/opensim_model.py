@@ -20,10 +20,11 @@ from scipy.optimize import brentq
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.girdle_range import girdle_range
-from scapulohumeral.model.opensim_sampling import muscle_lengths
+from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
+from scapulohumeral.model.muscle_paths.pose_region import recorded_angles, recorded_poses
+from scapulohumeral.model.muscle_paths.thorax_clearance import attachment_levels, segment_frames
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
-from scapulohumeral.model.pose_region import recorded_angles, recorded_poses
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import (
     GROUND,
@@ -33,7 +34,6 @@ from scapulohumeral.model.tables import (
     Muscle,
     WrapObject,
 )
-from scapulohumeral.model.thorax_clearance import attachment_levels, segment_frames
 
 MODEL_SCHEMA = "model/1"
 PRONATION = "PS_y"

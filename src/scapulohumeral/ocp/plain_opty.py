@@ -18,7 +18,7 @@ from scapulohumeral.dynamics.equations import REACTIONS, formulation_residual
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import scalar_names
-from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.opty_adapter import REACTION_NAMES
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.ocp.solver import Start
+from scapulohumeral.ocp.solving.solver import Start
 
 SCHEMA = "solution/1"
 

@@ -7,24 +7,22 @@ from typing import Any
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
-from scapulohumeral.report import (
-    calibration_figures,
-    gap_tables,
-    ladder,
-    loading_figures,
-    moment_figures,
-    prediction_figures,
-    prediction_tables,
-    prediction_targets,
-    validation_figures,
-)
-from scapulohumeral.report.comparison import published_rhythm_table
+from scapulohumeral.quantities.population import CITATION
+from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases
-from scapulohumeral.report.figures import GROUP_NAMES
-from scapulohumeral.report.paper import PREDICTED_PARTICIPANT
+from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.player import build_scene
+from scapulohumeral.report.prediction import figures as prediction_figures
+from scapulohumeral.report.prediction import ladder
+from scapulohumeral.report.prediction import loading as loading_figures
+from scapulohumeral.report.prediction import moments as moment_figures
+from scapulohumeral.report.prediction import tables as prediction_tables
+from scapulohumeral.report.prediction import targets as prediction_targets
+from scapulohumeral.report.published.comparison import published_rhythm_table
+from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
-from scapulohumeral.stages.population import CITATION
+from scapulohumeral.report.tracking.figures import GROUP_NAMES
+from scapulohumeral.report.validation import figures as validation_figures
 
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:

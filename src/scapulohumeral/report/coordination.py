@@ -21,12 +21,12 @@ from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import Envelopes, read_envelopes
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.ocp.solution import Solution, read_solution
-from scapulohumeral.report.judged import Judged, read_judged
-from scapulohumeral.report.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
-from scapulohumeral.stages.joint_loading import GlenohumeralLoad
+from scapulohumeral.quantities.joint_loading import GlenohumeralLoad
+from scapulohumeral.quantities.prediction_rows import solution_load
+from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.report.prediction.judged import Judged, read_judged
+from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.prediction import Condition
-from scapulohumeral.stages.quantities import solution_load
-from scapulohumeral.stages.segment_angles import thorax_angles
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.report.coordination import Coordination
-from scapulohumeral.report.paper import CUFF_STABILITY_WEIGHT, PREDICTED_PARTICIPANT
-from scapulohumeral.report.prediction_targets import prediction_verdicts
+from scapulohumeral.report.prediction.targets import prediction_verdicts
+from scapulohumeral.report.published.paper import CUFF_STABILITY_WEIGHT, PREDICTED_PARTICIPANT
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 

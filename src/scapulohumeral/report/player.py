@@ -18,6 +18,7 @@ import sympy as sm
 
 from scapulohumeral.dynamics.participant_parameters import elbow_axis, forearm_frames
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.rotations import (
     Array,
     make_continuous,
@@ -26,11 +27,10 @@ from scapulohumeral.model.rotations import (
     rotation_vector_to_quaternion,
 )
 from scapulohumeral.model.tables import Point
-from scapulohumeral.model.thorax_clearance import segment_frames
 from scapulohumeral.ocp.cost_terms import glenoid_rotation
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.scene import SEGMENTS, MuscleLine, Scene, Surface
-from scapulohumeral.stages.joint_loading import (
+from scapulohumeral.quantities.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
     glenohumeral_load,
     glenoid_angles,

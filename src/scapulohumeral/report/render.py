@@ -7,12 +7,13 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from scapulohumeral.report import chapters, figures, solver_figures, tables
-from scapulohumeral.report.comparison import comparison
+from scapulohumeral.report import chapters, tables
 from scapulohumeral.report.coordination_targets import coordination_verdicts
-from scapulohumeral.report.gimbal import gimbal_lock
+from scapulohumeral.report.published.comparison import comparison
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
+from scapulohumeral.report.tracking import figures, solver_figures
+from scapulohumeral.report.tracking.gimbal import gimbal_lock
 
 TEMPLATE = "template.html.j2"
 

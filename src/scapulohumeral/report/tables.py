@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.report.figures import GROUP_NAMES
-from scapulohumeral.report.paper import (
+from scapulohumeral.report.published.paper import (
     BODY_MASS_MEAN_KG,
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,
 )
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
+from scapulohumeral.report.tracking.figures import GROUP_NAMES
 
 ARM_SEGMENTS = {
     "upper_arm": ("humerus_r",),

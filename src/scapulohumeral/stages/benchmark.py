@@ -19,13 +19,13 @@ from scipy import sparse
 from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.model.muscle_geometry import MuscleGeometry
+from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 from scapulohumeral.ocp.opty_adapter import ConstraintCollocator
 from scapulohumeral.ocp.plain_opty import symbolic_equations
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solver import Result, SolverSettings, Start, solve
-from scapulohumeral.stages.model_files import ModelFiles
-from scapulohumeral.stages.posed_problem import PosedProblem, SolveSettings
+from scapulohumeral.ocp.solving.solver import Result, Start
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.problems.posed_problem import PosedProblem, SolveSettings, solve_posed
 from scapulohumeral.stages.tracking import pose_tracking, read_trial
 
 OBJECTIVE_SHARE = 1e-4
@@ -64,10 +64,8 @@ def compare_hessians(posed: PosedProblem, settings: SolveSettings) -> dict:
     guess_seconds = time.perf_counter() - start
 
     def run(strategy: str, iterations: int) -> Result:
-        options = SolverSettings(
-            strategy=strategy, tolerance=settings.tolerance, max_iterations=iterations
-        )
-        return solve(posed.problem, guess, options)
+        options = dataclasses.replace(settings, hessian=strategy, max_iterations=iterations)
+        return solve_posed(posed, guess, options, None)
 
     ours = run("automatic", settings.max_iterations)
     other = run("limited-memory", LIMITED_MEMORY_ITERATIONS)

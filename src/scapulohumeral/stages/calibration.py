@@ -27,11 +27,11 @@ from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.ocp.solver import Start
-from scapulohumeral.stages.composite import Composite, compose, composite_target
-from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel, load_model
-from scapulohumeral.stages.muscle_scaling import muscle_groups
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.ocp.solving.solver import Start
+from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.composite import Composite, compose, composite_target
+from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
+from scapulohumeral.problems.posed_problem import (
     SolveSettings,
     hashes,
     header,

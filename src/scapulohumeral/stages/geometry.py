@@ -18,14 +18,14 @@ from scapulohumeral.dynamics.formulation import get_formulation
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.model.motion import read_motion
-from scapulohumeral.model.muscle_fit import (
+from scapulohumeral.model.muscle_paths.fit import (
     FitSamples,
     FitSettings,
     MuscleFit,
     fit_geometry,
     on_one_branch,
 )
-from scapulohumeral.model.muscle_geometry import crossed_joints, is_straight
+from scapulohumeral.model.muscle_paths.geometry import crossed_joints, is_straight
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     Array,

@@ -26,15 +26,14 @@ from scapulohumeral.model.published_arm import (
     with_recorded_girdle,
 )
 from scapulohumeral.model.rotations import pose_to_trial
-from scapulohumeral.ocp import initial_guess
-from scapulohumeral.ocp.kkt import certificate
 from scapulohumeral.ocp.objective import Trajectory
+from scapulohumeral.ocp.optimality.kkt import certificate
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.ocp.solver import Result, Start
-from scapulohumeral.stages.calibration import calibrated_muscles
-from scapulohumeral.stages.composite import Composite, compose, composite_target
-from scapulohumeral.stages.model_files import ModelFiles, ShoulderModel, load_model
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import Result, Start
+from scapulohumeral.problems.composite import Composite, compose, composite_target
+from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
+from scapulohumeral.problems.posed_problem import (
     PosedProblem,
     SolveSettings,
     hashes,
@@ -44,12 +43,13 @@ from scapulohumeral.stages.posed_problem import (
     solve_posed,
     store,
 )
-from scapulohumeral.stages.problem_choices import (
+from scapulohumeral.problems.problem_choices import (
     ProblemChoices,
     chosen_bounds,
     chosen_parameters,
     without_force,
 )
+from scapulohumeral.stages.calibration import calibrated_muscles
 
 TRACKED = ("humerus", "elbow")
 STUDY = ProblemChoices()
@@ -157,6 +157,8 @@ class _Scene:
         choices, condition = self.settings.choices, self.condition
         weights = {**self.settings.solve.weights, "stability": condition.w_gh}
         weights["clavicle_anchor"] = choices.clavicle_anchor
+        if choices.strength_exponent is not None:
+            weights["strength_exponent"] = choices.strength_exponent
         if choices.reaction_rate is not None:
             weights["reaction_rate"] = choices.reaction_rate
         target = composite_target(self.composite, TRACKED, guidance)

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.ocp.solution import Solution, read_solution
-from scapulohumeral.stages.quantities import PredictionCase, plane_rows, rhythm_rows
-from scapulohumeral.stages.rhythm import shared_rhythm
-from scapulohumeral.stages.segment_angles import (
+from scapulohumeral.quantities.prediction_rows import PredictionCase, plane_rows, rhythm_rows
+from scapulohumeral.quantities.rhythm import shared_rhythm
+from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
     thorax_angles,

@@ -30,10 +30,10 @@ from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, read_solution
-from scapulohumeral.stages.composite import compose, composite_target
-from scapulohumeral.stages.model_files import ModelFiles, load_model
-from scapulohumeral.stages.muscle_scaling import muscle_groups
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.composite import compose, composite_target
+from scapulohumeral.problems.model_files import ModelFiles, load_model
+from scapulohumeral.problems.posed_problem import (
     PosedProblem,
     SolveSettings,
     Target,

@@ -22,16 +22,16 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.emg.accuracy import GAIN_BIAS, GAIN_SD, correlation_time_s, noise_sd
 from scapulohumeral.emg.envelope import EnvelopeSettings, low_passed
 from scapulohumeral.errors import SolveError
-from scapulohumeral.ocp.kkt import assemble_kkt
-from scapulohumeral.ocp.scalers import Scalers
-from scapulohumeral.ocp.sensitivity import (
+from scapulohumeral.ocp.optimality.kkt import assemble_kkt
+from scapulohumeral.ocp.optimality.sensitivity import (
     Variant,
     condition_derivatives,
     sensitivity,
     variant,
 )
-from scapulohumeral.ocp.solver import SolverSettings, Start, solve
-from scapulohumeral.stages.posed_problem import PosedProblem
+from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
+from scapulohumeral.problems.posed_problem import PosedProblem
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class RefinementSettings:
 
     Attributes
     ----------
-    barrier_target : smooths activation bounds, see :mod:`scapulohumeral.ocp.sensitivity`
+    barrier_target : smooths activation bounds, see :mod:`scapulohumeral.ocp.optimality.sensitivity`
     model_sd : standard deviation of what the model cannot say about an excitation, such as
         cross-talk and the level at rest [fraction of MVC]
     prior_sd_force, prior_sd_fibre : standard deviations of scalers about one [1]

@@ -19,8 +19,8 @@ from scipy.optimize import least_squares
 
 from scapulohumeral.errors import DataError, ModelError
 from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.rotations import Array, trial_to_pose
-from scapulohumeral.model.thorax_clearance import segment_frames
 
 PRIOR_SURFACE = "serr_ant"
 # Standard deviations of the three kinds of residual [1, m, 1]. The first is the distance from the

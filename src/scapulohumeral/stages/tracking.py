@@ -14,8 +14,8 @@ from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import Trial, read_participant
-from scapulohumeral.stages.model_files import ModelFiles, load_model
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.problems.model_files import ModelFiles, load_model
+from scapulohumeral.problems.posed_problem import (
     PosedProblem,
     SolveSettings,
     Target,

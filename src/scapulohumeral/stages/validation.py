@@ -1,5 +1,6 @@
-"""Daily tasks that no calibration has seen: excitations with generic and calibrated muscles
-against EMG (paper, section on muscle parameter adjustment).
+"""Daily tasks that no calibration has seen: excitations of both kinds of muscles against EMG.
+
+Muscles are generic or calibrated (paper, section on muscle parameter adjustment).
 
 Letters: N nodes, C channels.
 """
@@ -17,9 +18,8 @@ from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.emg.envelope import read_envelopes
 from scapulohumeral.errors import DataError
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.stages.calibration import calibrated_muscles
-from scapulohumeral.stages.model_files import ModelFiles, load_model
-from scapulohumeral.stages.posed_problem import (
+from scapulohumeral.problems.model_files import ModelFiles, load_model
+from scapulohumeral.problems.posed_problem import (
     SolveSettings,
     hashes,
     header,
@@ -28,6 +28,7 @@ from scapulohumeral.stages.posed_problem import (
     solve_posed,
     store,
 )
+from scapulohumeral.stages.calibration import calibrated_muscles
 from scapulohumeral.stages.tracking import read_trial, tracking_target
 
 PARAMETERS = ("generic", "calibrated")

@@ -1,1 +1,1 @@
-"""Effects that the nominal model leaves out, one module per family; listed in `gap.library`."""
+"""Effects that the nominal model leaves out, one module per family; listed in `library`."""

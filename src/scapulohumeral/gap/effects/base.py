@@ -1,22 +1,19 @@
-"""What an effect is, and the two things it can change: the body model, or what is recorded of it.
+"""What an effect is: its parameters, and what it needs to be seen.
 
-Letters: N nodes, I = N - 1 intervals, M muscle elements, C EMG channels, P parameters.
+Letters: P parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.effects.body import Body
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
-
-JOINTS = ("SC", "AC", "GH", "EL")
-ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -68,63 +65,6 @@ class Param:
     def bounds(self) -> tuple[float, float]:
         """Bounds on the internal scale."""
         return self.internal(self.low), self.internal(self.high)
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """What a tracking problem is made of, apart from the motion to track.
-
-    Attributes
-    ----------
-    muscles : muscle parameters; tendon slack lengths may be (I, M), one row per mesh interval
-    parameters : blocks of the dynamics parameters by name
-    glenoid_rad : (2,) inferior inclination and anterior version
-    effort : (M,) cost of each muscle's squared excitation over that of its squared activation
-    floor, cap : (M,) bounds of activations and excitations
-    seen : (M,) share of each element's excitation that reaches electrodes
-    groups : (M,) anatomical group of each element; crossing : (M, 4) joints that it crosses
-    tendon_load : (I, M) nominal tension over maximal isometric force, at mesh midpoints
-    gh_elevation_rad : (I,) nominal elevation of the humerus from the scapula's own axis
-    gh_lift : (I, 3) axis about which it grows, in axes of the humerus
-    external_Nm : (I, 10) generalised forces on the speeds, beside those of the model
-    """
-
-    muscles: MuscleParameters
-    parameters: Mapping[str, Array]
-    glenoid_rad: Array
-    effort: Array
-    floor: Array
-    cap: Array
-    seen: Array
-    groups: np.ndarray
-    crossing: np.ndarray
-    tendon_load: Array
-    gh_elevation_rad: Array
-    gh_lift: Array
-    external_Nm: Array
-
-    def chosen(self, member: str | None) -> np.ndarray:
-        """Elements of a muscle group, of all for ``"all"``: (M,) bool."""
-        return np.full(len(self.groups), True) if member == ALL else self.groups == member
-
-
-@dataclass(frozen=True, eq=False)
-class Observed:
-    """What is recorded of one movement, at equal steps of phase.
-
-    Attributes
-    ----------
-    duration_s : of the movement
-    pose : (N, 13) joint quaternions and elbow angle
-    emg : (N, C), channels as `channels`; contact_N : (N, 3) force of the humerus on the glenoid,
-        scapula axes. Both None where not recorded
-    """
-
-    duration_s: float
-    pose: Array
-    channels: tuple[str, ...]
-    emg: Array | None
-    contact_N: Array | None
 
 
 @dataclass(frozen=True)
@@ -205,10 +145,12 @@ class Effect:
         """The body with the effect of values (P,)."""
         return body
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """What is recorded with the effect of values (P,)."""
         return observed
 
 
 KINEMATICS = frozenset({"kinematics"})
+
+
 EMG = frozenset({"emg"})

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from scapulohumeral.gap.effects.base import EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
@@ -29,7 +30,7 @@ PARAMS = (
 class Emd(Effect):
     """All envelopes earlier by a delay, in seconds and not in phase."""
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Shift the envelopes, which keep their last value after the end."""
         if observed.emg is None:
             return observed

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scapulohumeral.gap.effects.base import EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
@@ -26,7 +27,7 @@ PARAMS = (
 class EmgCrosstalk(Effect):
     """A share of the donor's envelope in the receiver; member ``DONOR>RECEIVER``."""
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Add the donor; without EMG nothing changes."""
         if observed.emg is None:
             return observed

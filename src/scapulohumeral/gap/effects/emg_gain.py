@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import ALL, EMG, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import EMG, Effect, Param, Setup
+from scapulohumeral.gap.effects.body import ALL
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
@@ -29,7 +31,7 @@ PARAMS = (
 class EmgGain(Effect):
     """One channel, or all of them, times a factor."""
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Scale the channels; without EMG nothing changes."""
         if observed.emg is None:
             return observed

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
 from scapulohumeral.gap.effects.frames import turn_frame
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 SOURCE = (
@@ -21,7 +22,7 @@ PARAMS = tuple(Param(f"r{axis}_deg", "deg", 0.0, -15.0, 15.0, 6.0, 5.0, SOURCE) 
 class FrameMisalignment(Effect):
     """Constant rotation of a recorded segment frame about its own axes."""
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Turn the frame."""
         pose = turn_frame(observed.pose, str(self.member), np.deg2rad(values))
         return replace(observed, pose=pose)

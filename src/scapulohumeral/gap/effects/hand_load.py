@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Body, Effect, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
+from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

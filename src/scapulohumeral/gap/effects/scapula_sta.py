@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Observed, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
 from scapulohumeral.gap.effects.frames import elevation, turn_frame
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.model.rotations import Array
 
 # Skin-based sensors hold to the bone below 60 deg; from there the error sets in without a kink and
@@ -34,7 +35,7 @@ class ScapulaSta(Effect):
     `tilt_deg` is posterior tilt, `internal_deg` internal rotation.
     """
 
-    def observe(self, observed: Observed, values: Array) -> Observed:
+    def observe(self, observed: Observation, values: Array) -> Observation:
         """Turn the scapula by the share that the elevation of the arm asks for."""
         share = sliding(elevation(observed.pose)) / sliding(FULL_RAD)
         turns = share[:, None] * np.asarray(values)[IN_SEQUENCE]

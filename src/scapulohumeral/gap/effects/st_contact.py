@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Body, Effect, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
+from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from scapulohumeral.gap.effects.base import ALL, KINEMATICS, Body, Effect, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
+from scapulohumeral.gap.effects.body import ALL, Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (

@@ -1,0 +1,281 @@
+"""From what was found of a case to the fields of its answer, one function per block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.gap.curve_files import (
+    ControlsRow,
+    ErrorsRow,
+    RobustnessRow,
+    table_of,
+)
+from scapulohumeral.gap.detection import null_bank as null_bank
+from scapulohumeral.gap.detection.feasibility import no_cost
+from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
+from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
+from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
+from scapulohumeral.gap.effects.library import untestable
+from scapulohumeral.gap.explained import controls, shrinkage
+from scapulohumeral.gap.isolation import candidates, detectability, isolability, posterior
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence
+from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.judgement import Judged, robustness
+from scapulohumeral.gap.output.tables import (
+    amplitude_table,
+    enters_table,
+    factors_table,
+    isolability_table,
+    overlay_table,
+    shows_table,
+    signature_table,
+)
+from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.residual.differences import Records
+from scapulohumeral.gap.residual.unknown_input import unknown_input_left
+from scapulohumeral.gap.result import (
+    Candidate,
+    Diagnosis,
+    Gap,
+    NextTrial,
+    Regions,
+    Robustness,
+    Shrinkage,
+    Status,
+    describe_inputs,
+)
+
+# Verdicts that hold in fewer of the variants than this are not decided.
+STABLE = 0.5
+# Share of the gap that may be lost on a new task without a remark.
+OVERFITTED = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What was found of one case, before it is put into words.
+
+    Attributes
+    ----------
+    case, records, evidence : what was measured, compared and linearised
+    presence, map : whether there is a gap, and where it shows
+    judged : hypotheses and their probabilities
+    """
+
+    case: Case
+    records: Records
+    evidence: Evidence
+    presence: Presence
+    map: DifferenceMap
+    judged: Judged
+
+    @property
+    def present(self) -> bool:
+        """Whether there is a gap."""
+        return self.presence.present
+
+    @cached_property
+    def halves(self) -> list[np.ndarray]:
+        """Differences (D,) of two halves of the test trials; fewer if a task has but one trial."""
+        halves = []
+        for part in (0, 1):
+            chosen = [
+                [t.residual.delta for t in self.evidence.trials if t.task == task][part::2]
+                for task in self.evidence.residual.tasks
+            ]
+            if all(chosen):
+                halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
+        return halves
+
+
+def answer(found: Findings, warnings: list[str]) -> Diagnosis:
+    """The answer to a case; `warnings` gets what lowers the confidence in it."""
+    evidence, p = found.evidence, found.judged.p
+    causes = _causes(found)
+    robust, variants = (None, []) if not found.present else robustness(evidence, found.judged)
+    gap = _gap(found)
+    regions, entering = _regions(found)
+    explained, without_cause = _explained(found)
+    status, why = _status(robust, found.present)
+    if gap.size.ci95 is None:
+        warnings.append(NO_INTERVAL)
+    warnings += _remarks(found, explained)
+    splitting = {e.label: e.splitting for e in evidence.effects}
+    halves = found.halves if found.present else []
+    return Diagnosis(
+        status=status,
+        status_reason=why,
+        mode="reference" if evidence.referenced else "no_reference",
+        inputs=describe_inputs(found.case),
+        gap=gap,
+        regions=regions,
+        candidates=causes,
+        none_p=p.none,
+        no_gap_p=p.no_gap,
+        set90=posterior.credible_set(p),
+        classes=candidates.effect_classes(found.judged.groups, p, splitting),
+        shrinkage=explained,
+        next_trial=_next_trial(found),
+        hint=candidates.hint(causes, p, regions.enters) if found.present else None,
+        untestable=untestable(evidence.effects),
+        robustness=robust,
+        warnings=tuple(warnings),
+        curves={
+            "shows": shows_table(evidence.residual, found.map, halves),
+            "enters": enters_table(entering),
+            **_tables_of_causes(evidence, found.judged),
+            **_only_with_a_gap(variants, without_cause),
+        },
+    )
+
+
+def _causes(found: Findings) -> tuple[Candidate, ...]:
+    """All hypotheses as candidates, the most probable first."""
+    evidence, judged = found.evidence, found.judged
+    left = unknown_input_left(evidence.residual, evidence.unknown_inputs.columns)
+    return candidates.candidates(
+        judged.fits,
+        judged.p,
+        judged.groups,
+        {judged.best.label: judged.agreement},
+        (judged.squares.whole, left),
+        evidence.settings.temperature,
+    )
+
+
+def _explained(found: Findings) -> tuple[Shrinkage | None, list[ControlsRow]]:
+    """How far the gap shrinks by the best cause, and by controls; nothing without a gap."""
+    if not found.present:
+        return None, []
+    evidence, error = found.evidence, found.evidence.settings.signature_error
+    c, trials, seed = evidence.residual, evidence.trials, found.case.seed
+    explained = shrinkage(found.judged.best, c, trials, error, seed)
+    return explained, controls(c, trials, evidence.unknown_inputs, error, seed)
+
+
+def _next_trial(found: Findings) -> NextTrial | None:
+    """The trial that would best split the first class; None without a gap."""
+    judged, settings = found.judged, found.evidence.settings
+    if not found.present or not judged.groups:
+        return None
+    return isolability.next_trial(
+        judged.likely,
+        judged.groups[0],
+        found.evidence.residual,
+        settings.signature_error,
+        settings.temperature,
+    )
+
+
+def _regions(found: Findings) -> tuple[Regions, list[EnteringCurve]]:
+    """Both maps, and the curves of the second; regions only if there is a gap."""
+    c, alpha = found.evidence.residual, found.evidence.settings.alpha
+    enters, entering = entered_regions(
+        c, found.evidence.unknown_inputs, found.halves, alpha, found.case.seed
+    )
+    if not found.present:
+        return Regions(), entering
+    return Regions(shown_regions(found.map, c, found.halves), enters), entering
+
+
+def _gap(found: Findings) -> Gap:
+    """Whether there is a gap, how large it is, and what would have been seen."""
+    evidence, records, is_there = found.evidence, found.records, found.presence
+    c = evidence.residual
+    emg = (
+        [
+            np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
+            for task in c.tasks
+        ]
+        if records.sensors.channels
+        else []
+    )
+    families = len({(e.side, e.family) for e in evidence.effects})
+    return Gap(
+        present=is_there.present,
+        p_value=is_there.p_value,
+        statistic=is_there.statistic,
+        value=is_there.value,
+        threshold=is_there.threshold,
+        floor_source=evidence.noise.source,
+        size=gap_size(c, sides(c, records), found.case.seed),
+        no_cost=no_cost(evidence.signatures, emg, records.sensors),
+        smallest_detectable=detectability.smallest_detectable(found.judged.fits, c, families),
+    )
+
+
+def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFrame]:
+    c, best = evidence.residual, judged.best
+    return {
+        "overlay": overlay_table(c, best, evidence.referenced),
+        "signature": signature_table(c, best),
+        "isolability": isolability_table(judged.likely, judged.apart),
+        "amplitude": amplitude_table(best, judged.by_task),
+        "factors": factors_table(c, judged.fits, evidence.settings.signature_error),
+        "errors": table_of(ErrorsRow, _errors(evidence, best)),
+    }
+
+
+def _errors(evidence: Evidence, best: Fit) -> list[ErrorsRow]:
+    """What was found most probable of the person and of the errors that are assumed."""
+    return [
+        ErrorsRow(error="stiffness", value=best.hypothesis.stiffness),
+        ErrorsRow(error="session_share", value=evidence.session_share),
+        ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
+    ]
+
+
+def _only_with_a_gap(
+    variants: Sequence[RobustnessRow], without_cause: Sequence[ControlsRow]
+) -> dict[str, pd.DataFrame]:
+    """Tables of what is computed only if there is a gap; those without rows are left out."""
+    tables = {
+        "robustness": table_of(RobustnessRow, variants),
+        "controls": table_of(ControlsRow, without_cause),
+    }
+    return {name: table for name, table in tables.items() if len(table)}
+
+
+def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
+    """What lowers the confidence in an answer, one sentence each."""
+    remarks = []
+    if found.present and not found.map.standing_out:
+        remarks.append(
+            "no channel stands out by itself: regions are those above 5 % point by point"
+        )
+    if not found.records.reference:
+        remarks.append("no reference trials: errors of the model itself lower all confidence")
+    if cost is not None:
+        remarks += _remarks_on_shrinkage(cost)
+    return remarks
+
+
+def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
+    shares = (cost.in_sample, cost.held_out_trial, cost.new_task)
+    remarks = []
+    if any(share and share.ci95 is None for share in shares):
+        remarks.append("shrinkage: fewer than four parts, so some shares have no interval")
+    if cost.in_sample is None:
+        remarks.append(
+            "shrinkage: over all channels together the gap hardly exceeds the floor, so there is "
+            "nothing to remove"
+        )
+    elif cost.new_task is not None and cost.in_sample.value - cost.new_task.value > OVERFITTED:
+        remarks.append(
+            "shrinkage: much less is removed on a new task than on the tasks fitted to; the cause "
+            "may be wrong or fitted to noise"
+        )
+    return remarks
+
+
+def _status(robust: Robustness | None, present: bool) -> tuple[Status, str]:
+    if present and robust is not None and robust.agree < STABLE * robust.cells:
+        return "abstained", (
+            f"the most probable cause holds in {robust.agree} of {robust.cells} variants only"
+        )
+    return "ok", ""

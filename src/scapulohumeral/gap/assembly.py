@@ -1,0 +1,125 @@
+"""Nominal movements solved and differentiated, and records compared with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.effects.base import Effect, Setup
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.isolation import priors
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.nominal.optimal_movement import nominal_body
+from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+from scapulohumeral.gap.parallel import side_by_side
+from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.recording.observables import phase_functions
+from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
+from scapulohumeral.gap.residual.residual import compress
+from scapulohumeral.gap.residual.unknown_input import unknown_inputs
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures, task_signatures
+
+SHOULDER_JOINTS = 3
+
+
+def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tuple[Effect, ...]:
+    """All effects of the library that a case can have."""
+    body = nominal_body(model, settings.nodes)
+    moving = body.groups[body.crossing[:, :SHOULDER_JOINTS].any(axis=1)]
+    setup = Setup(
+        tuple(sorted(set(moving.tolist()))),
+        case.channels,
+        case.participant.neighbours,
+        case.has_contact,
+    )
+    return library(setup)
+
+
+def emg_tells_bias(case: Case, records: Records) -> bool:
+    """Whether EMG tells how muscles are driven without effects: reference trials of known level."""
+    return bool(records.reference) and case.participant.emg_is_of_mvc
+
+
+def assemble(
+    case: Case,
+    records: Records,
+    model: ParticipantModel,
+    settings: GapSettings,
+    warnings: list[str],
+) -> Evidence:
+    """Solve and differentiate the nominal movements, and compare records with them.
+
+    Raises
+    ------
+    SolveError                       a nominal movement cannot be solved
+    """
+    effects = effects_of(case, model, settings)
+    local = settings
+    if not records.reference:
+        # Errors of electrodes and of the model's EMG levels are one unknown here.
+        session = replace(settings.session, emg_gain=settings.model.emg_gain)
+        local = replace(settings, session=session)
+    habits = emg_tells_bias(case, records)
+    jobs = [
+        (task, anchor, model, effects, records.sensors, local, habits)
+        for task, anchor in records.anchors.items()
+    ]
+    found = side_by_side(_respond_or_reason, jobs, case.threads)
+    signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
+    records = solved_part(records, found, warnings)
+    if not records.reference:
+        signatures = tuple(of_task.of_residual() for of_task in signatures)
+    functions = phase_functions(settings.nodes, settings.phase_functions)
+    noise = repeat_noise(records, functions, settings)
+    if not noise.degrees:
+        warnings.append("no task was repeated: noise levels are those of the configuration")
+    whole, trials = differences(records, signatures, noise, functions)
+    reserved = settings.prior_no_gap + settings.prior_none
+    single = priors.priors(effects, reserved)
+    evidence = Evidence(
+        residual=whole,
+        trials=trials,
+        noise=noise,
+        effects=effects,
+        prior={**single, **priors.pair_priors(single, reserved)},
+        sensors=records.sensors,
+        signatures=signatures,
+        unknown_inputs=unknown_inputs(signatures, functions, records.channels, settings.noise.emg),
+        referenced=bool(records.reference),
+        session_share=1.0,
+        settings=settings,
+        fits_by_stiffness=(),
+    )
+    stiffnesses = STIFFNESSES if records.reference else STIFFNESSES[:1]
+    return most_probable(
+        evidence, {f: _linearised(effects, functions, signatures, f) for f in stiffnesses}
+    )
+
+
+def _respond_or_reason(*job: Any) -> TaskSignatures | SolveError:
+    try:
+        return task_signatures(*job)
+    except SolveError as error:
+        return error
+
+
+def _linearised(
+    effects: Sequence[Effect],
+    functions: np.ndarray,
+    signatures: Sequence[TaskSignatures],
+    stiffness: float,
+) -> tuple[Hypothesis, ...]:
+    """All effects at the nominal solutions."""
+    kept = [of_task.effects[STIFFNESSES.index(stiffness)] for of_task in signatures]
+    found = []
+    for i, effect in enumerate(effects):
+        slope = compress([changes[i] for changes in kept], functions)
+        nothing, off = np.zeros((len(slope), 1)), np.zeros(slope.shape[1])
+        found.append(Hypothesis((effect,), off, nothing, slope, stiffness))
+    return tuple(found)

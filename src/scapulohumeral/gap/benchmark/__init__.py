@@ -1,0 +1,1 @@
+"""Simulated cases with sealed causes: drawn, answered, scored."""

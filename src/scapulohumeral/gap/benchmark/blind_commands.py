@@ -1,0 +1,67 @@
+"""The commands ``gap blind``: seal, answer, score. What computes is imported when a step runs."""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+OPTIONS = {
+    "--cases": "folder of case folders",
+    "--published": "file of hashes",
+    "--answers": "folder of answers",
+    "--keys": "folder of keys, outside the checkout",
+    "--out": "score card, scores.json",
+}
+
+
+def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache: Path) -> None:
+    """Add ``blind`` to the commands of ``gap``, with the default configuration and cache."""
+    blind = commands.add_parser("blind", help="benchmark on cases whose cause is sealed")
+    steps = blind.add_subparsers(required=True, metavar="STEP")
+    seal = _step(steps, "seal", "publish hashes of keys", "--cases", "--keys", "--published")
+    seal.set_defaults(run=_seal)
+    answer = _step(steps, "answer", "diagnose every case", "--cases", "--published", "--answers")
+    answer.set_defaults(run=_answer)
+    score = _step(
+        steps, "score", "open the keys and score", "--cases", "--published", "--answers", "--keys",
+        "--out",
+    )  # fmt: skip
+    score.add_argument("--config", type=Path, default=config, metavar="FILE")
+    score.add_argument("--cache", type=Path, default=cache, metavar="DIR")
+    score.set_defaults(run=_score)
+    for step in (answer, score):
+        step.add_argument("--jobs", type=int, default=2, metavar="N", help="cases at a time")
+
+
+def _step(
+    steps: argparse._SubParsersAction, name: str, text: str, *options: str
+) -> argparse.ArgumentParser:
+    step = steps.add_parser(name, help=text)
+    for option in options:
+        step.add_argument(option, type=Path, required=True, help=OPTIONS[option])
+    return step
+
+
+def _seal(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.protocol import seal
+
+    seal(options.cases, options.keys, options.published)
+    return 0
+
+
+def _answer(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.protocol import BlindFiles, answer
+
+    answer(BlindFiles(options.cases, options.published, options.answers), options.jobs)
+    return 0
+
+
+def _score(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.hidden_task import hidden_shrinkage
+    from scapulohumeral.gap.benchmark.protocol import BlindFiles, score
+
+    files = BlindFiles(options.cases, options.published, options.answers)
+    shrinks = partial(hidden_shrinkage, config_file=options.config, cache=options.cache)
+    score(files, options.keys, options.out, shrinks, options.jobs)
+    return 0

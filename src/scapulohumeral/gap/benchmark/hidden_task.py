@@ -1,0 +1,166 @@
+"""How much of the gap on a hidden task an answer removes: the truth that shrinkage is scored by.
+
+The parameters of the answer, and how much of the effect it found in each channel of this person,
+predict the change on a task that it never saw, with nothing fitted again, and are compared with
+curves of that task free of noise.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.assembly import effects_of, emg_tells_bias
+from scapulohumeral.gap.benchmark.protocol import folder_request
+from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
+from scapulohumeral.gap.curve_files import read_table
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.explained import remaining
+from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.nominal.participant_model import (
+    ModelSettings,
+    ParticipantModel,
+    participant_model,
+)
+from scapulohumeral.gap.recording.case import Case, ContactSeries, EmgSeries, GapTrial, make_case
+from scapulohumeral.gap.recording.movement_window import movement_window
+from scapulohumeral.gap.recording.observables import channel_kind, difference, phase_functions
+from scapulohumeral.gap.residual.differences import read_records, repeat_noise
+from scapulohumeral.gap.residual.noise import total_covariance
+from scapulohumeral.gap.residual.residual import Residual, compress
+from scapulohumeral.gap.run import read_case
+from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
+from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, task_signatures
+from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
+
+log = logging.getLogger(__name__)
+
+
+def hidden_shrinkage(
+    scored: ScoredCase, candidate: Mapping[str, Any], config_file: Path, cache: Path
+) -> HiddenGap | None:
+    """Noise-free gap on the hidden task, before and after a candidate with its parameters.
+
+    What two recordings of one person differ by is taken as the diagnosis found it.
+
+    Parameters
+    ----------
+    scored : case, its answer and its opened key
+    candidate : one of the answer
+    config_file, cache : as for the diagnosis; the model is fitted over the hidden task, too
+
+    Returns
+    -------
+    HiddenGap | None                 None if the hidden movement cannot be solved
+
+    Raises
+    ------
+    DataError                        the answer lacks its table of errors or of factors
+    """
+    config = read_diagnosis_config(config_file)
+    settings, model_settings = read_settings(config), ModelSettings.of(config)
+    case = read_case(folder_request(scored.folder, config_file, cache), config)
+    test, reference = (_trial(scored.key, side) for side in ("test", "reference"))
+    references = [reference] if case.reference else []
+    whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
+    hidden = replace(case, test=(test,), reference=tuple(references))
+    errors = read_table(scored.answer_folder, "errors").set_index("error")["value"]
+    table = read_table(scored.answer_folder, "factors")
+    factors = table[table["label"] == candidate["label"]].pivot(
+        index="effect", columns="channel", values="factor"
+    )
+    try:
+        model = participant_model(whole, model_settings, cache)
+        c, removed = _compared(case, hidden, candidate, factors, errors, model, settings)
+    except SolveError as error:
+        log.warning("%s: hidden task: %s", scored.folder.name, error)
+        return None
+    return HiddenGap(*remaining(c, removed))
+
+
+def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:
+    """The effects of a candidate in the order of its parameters; a pair's label is sorted."""
+    labels, names = candidate["label"].split(JOIN), [p["name"] for p in candidate["parameters"]]
+    chosen = [effect for effect in effects if effect.label in labels]
+    if [p.name for effect in chosen for p in effect.params] != names:
+        chosen.reverse()
+    return chosen
+
+
+def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
+    """A noise-free trial of the hidden task; `side` is "test" or "reference"."""
+    curves = key["hidden_task"][side]
+    time_s, angles = np.array(curves["time_s"]), np.deg2rad(curves["angles_deg"])
+    emg = None
+    if curves.get("emg"):
+        names = [name for name in key["channels"] if channel_kind(name) == "emg"]
+        emg = EmgSeries(time_s, tuple(names), np.array(curves["emg"]))
+    contact = None
+    if curves.get("force_N"):
+        contact = ContactSeries(time_s, np.array(curves["force_N"]))
+    window = movement_window(time_s, angles)
+    return GapTrial(side, "hidden", 1, time_s, angles, emg, contact, window, Path(side))
+
+
+def _compared(
+    case: Case,
+    hidden: Case,
+    candidate: Mapping[str, Any],
+    factors: pd.DataFrame,
+    errors: pd.Series,
+    model: ParticipantModel,
+    settings: GapSettings,
+) -> tuple[Residual, np.ndarray]:
+    """The difference on the hidden task, and the change (D,) that a candidate predicts.
+
+    `factors` has effects as rows and channels as columns, `errors` what the diagnosis found of
+    person and sessions.
+    """
+    stiffness, share = float(errors["stiffness"]), float(errors["session_share"])
+    effects = _ordered(effects_of(case, model, settings), candidate)
+    records = read_records(case, model, settings, [])
+    unseen = read_records(hidden, model, settings, [])
+    [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
+    habits = emg_tells_bias(case, records)
+    of_task = task_signatures("hidden", anchor, model, effects, records.sensors, settings, habits)
+    spread, base = None, anchor
+    if not records.reference:
+        of_task, base = of_task.of_residual(), of_task.nominal
+        spread = (settings.model, records.channels)
+    functions = phase_functions(settings.nodes, settings.phase_functions)
+    noise = repeat_noise(records, functions, settings)
+    # As exact as the difference between means of the visible trials of one task.
+    sides = [trials for trials in (case.test, case.reference) if trials]
+    repeats = noise.covariance * sum(len(records.test) / len(trials) for trials in sides)
+    residual = Residual(
+        delta=compress([difference(test, base)], functions),
+        covariance=total_covariance(repeats, [of_task], functions, spread, share),
+        noise=repeats,
+        functions=functions,
+        tasks=("hidden",),
+        channels=records.channels,
+        degrees=noise.worth,
+    )
+    values = iter([parameter["value"] for parameter in candidate["parameters"]])
+    change = np.zeros_like(residual.delta)
+    slopes = of_task.effects[STIFFNESSES.index(stiffness)]
+    for effect, slope in zip(effects, slopes, strict=True):
+        x = np.array([p.internal(next(values)) for p in effect.params])
+        if not records.reference:
+            own = np.tensordot(x, slope, 1)
+        elif effect.changes_body:
+            move = stiffened_movement(model, of_task, stiffness, settings)
+            resolve = Resolve(move, of_task, records.sensors, settings.iterations)
+            own = resolve.solved(effect, x, of_task.point)[0]
+        else:
+            own = recorded_change(effect, x, of_task)[0]
+        of_person = factors.loc[effect.label, list(records.channels)].to_numpy()
+        change += compress([of_person * own], functions)
+    return residual, change

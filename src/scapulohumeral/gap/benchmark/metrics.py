@@ -1,0 +1,63 @@
+"""Rates with intervals, areas under curves, and probabilities of families."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.gap.labels import NO_GAP, NONE, family
+
+Z95 = 1.959964
+
+
+def rate(hits: Sequence[bool]) -> dict[str, Any]:
+    """Share of hits with Wilson 95 % interval; None without cases."""
+    n, k = len(hits), sum(bool(hit) for hit in hits)
+    if n == 0:
+        return {"value": None, "hits": 0, "n": 0, "wilson95": None}
+    centre = (k + Z95**2 / 2) / (n + Z95**2)
+    half = Z95 * math.sqrt(k * (n - k) / n + Z95**2 / 4) / (n + Z95**2)
+    low, high = max(centre - half, 0.0), min(centre + half, 1.0)
+    return {"value": k / n, "hits": k, "n": n, "wilson95": [round(low, 4), round(high, 4)]}
+
+
+def probabilities(answer: Mapping[str, Any]) -> dict[str, float]:
+    """Probability of each label, none and no_gap included."""
+    found = {c["label"]: float(c["p"]) for c in answer["candidates"]}
+    return {**found, NONE: float(answer["none_p"]), NO_GAP: float(answer["no_gap_p"])}
+
+
+def family_probabilities(answer: Mapping[str, Any]) -> dict[str, float]:
+    """The same summed over members, largest first."""
+    total: dict[str, float] = {}
+    for label, p in probabilities(answer).items():
+        total[family(label)] = total.get(family(label), 0.0) + p
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
+
+
+def area_under_curve(high: Sequence[float], low: Sequence[float]) -> float | None:
+    """Probability that a member of `high` exceeds one of `low` (ties count half)."""
+    if not high or not low:
+        return None
+    gap = np.subtract.outer(np.array(high), np.array(low))
+    return float(np.mean((gap > 0) + 0.5 * (gap == 0)))
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return float(np.mean(values)) if len(values) else None
+
+
+def _spread(values: Sequence[float | None]) -> dict[str, Any]:
+    known = [value for value in values if value is not None]
+    if not known:
+        return {"median": None, "quartiles": None, "largest": None, "n": 0}
+    low, mid, high = np.quantile(known, [0.25, 0.5, 0.75])
+    return {
+        "median": round(float(mid), 4),
+        "quartiles": [round(float(low), 4), round(float(high), 4)],
+        "largest": round(float(max(known)), 4),
+        "n": len(known),
+    }

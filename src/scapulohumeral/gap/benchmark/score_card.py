@@ -1,0 +1,280 @@
+"""Score card of the blind benchmark: answers against keys, with intervals.
+
+A case with effects that hardly show (key `shown` false) counts for abstention and coverage only.
+An answer that is missing, failed or abstained is wrong wherever a cause was asked for.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.gap.benchmark.metrics import (
+    _mean,
+    _spread,
+    area_under_curve,
+    family_probabilities,
+    rate,
+)
+from scapulohumeral.gap.benchmark.rules_of_thumb import control_shares
+from scapulohumeral.gap.benchmark.scored_case import (
+    LARGE_MULTIPLE,
+    ScoredCase,
+    _amplitude,
+    _claimed,
+    _class_right,
+    _covered,
+    _family_p,
+    _none_p,
+    _off,
+    _rank,
+    _reducible,
+    _side_right,
+    _top_family,
+)
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, family, matches
+
+CALIBRATION_BINS = 5
+
+
+FALSE_REJECTION = 0.1
+
+
+KEPT_SHARE = 0.7
+
+
+REGION_SIGMA = 2.0
+
+
+# Fixed before keys are drawn, and published with their hashes.
+REGISTERED = {
+    "shown": "an effect counts if its noise-free change is at least footprint_multiple standard "
+    "errors (root mean square over the movement) in one channel of a visible task; without "
+    "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
+    "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
+    "the answer publishes for its label, both as distance from off; one whose label is not listed "
+    "is smaller; one that has no such amplitude, or no answer, counts as large if it shows",
+    "family_top1": "family with the largest summed probability, among none and no_gap",
+    "class_top1": "the most probable class, or candidate without one, holds the right family",
+    "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
+    "an effect that hardly shows is also covered by no_gap",
+    "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label",
+    "shrinkage": "new_task of singles whose family is right, against the share of the reducible "
+    "gap on the hidden task that the same parameters and factors remove: noise-free root mean "
+    "squares, the floor added to both in quadrature, as a recording would have it, then subtracted",
+    "calibration_bins": CALIBRATION_BINS,
+    "false_rejection": FALSE_REJECTION,
+    "kept_share": KEPT_SHARE,
+    "large_multiple": LARGE_MULTIPLE,
+    "region_sigma": REGION_SIGMA,
+}
+
+
+def score_card(cases: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Scores by plant and mode; "all" for all modes together."""
+    plants: dict[str, Any] = {}
+    for plant in sorted({case.key["plant"] for case in cases}):
+        own = [case for case in cases if case.key["plant"] == plant]
+        modes = sorted({case.mode for case in own})
+        plants[plant] = {
+            "all": group_scores(own),
+            **{mode: group_scores([c for c in own if c.mode == mode]) for mode in modes},
+        }
+    return {"rules": REGISTERED, "plants": plants, "cases": [_line(case) for case in cases]}
+
+
+def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
+    """All metrics of a group of cases."""
+    by = {s: [c for c in cases if c.status == s] for s in ("null", "single", "pair", "unknown")}
+    single = by["single"]
+    return {
+        "cases": dict(Counter(case.status for case in cases)),
+        "false_alarms": rate([case.claims_gap for case in by["null"]]),
+        **_single_scores(single),
+        "mean_family_p": _mean([_family_p(case) for case in single]),
+        "set90": _set_scores(cases),
+        "calibration": _calibration(cases),
+        "unknown": _unknown_scores(by["unknown"], single),
+        "pairs": _pair_scores(by["pair"]),
+        "abstention": rate([case.verdict is None for case in cases]),
+        "abstention_hidden": rate(
+            [not case.claims_gap for case in cases if case.status == "hidden"]
+        ),
+        "regions": _region_scores(single),
+        "seconds": _spread([case.seconds for case in cases]),
+        "confusion": _confusion(cases),
+        "large": _single_scores([case for case in single if case.large]),
+    }
+
+
+def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Whether gaps are seen, their causes named and sized, beside what simple methods say."""
+    return {
+        "detection": rate([case.claims_gap for case in single]),
+        "family_top1": rate([_rank(case) == 1 for case in single]),
+        "family_top3": rate([_rank(case) <= 3 for case in single]),
+        "side_top1": rate([_side_right(case) for case in single]),
+        "class_top1": rate([_class_right(case) for case in single]),
+        "amplitude": _amplitude_scores(single),
+        "shrinkage": _shrinkage_scores(single),
+        "baselines": _baseline_scores(single),
+    }
+
+
+def _set_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
+    covered = [(_covered(case), case) for case in cases]
+    counted = [(hit, case) for hit, case in covered if hit is not None]
+    sizes = [len(case.answer["set90"]) for _, case in counted if case.answer is not None]
+    return {"coverage": rate([bool(hit) for hit, _ in counted]), "mean_size": _mean(sizes)}
+
+
+def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Expected calibration error of the most probable family, in bins of equal count."""
+    pairs = []
+    for case in cases:
+        if case.verdict is None or case.status in ("pair", "hidden"):
+            continue
+        name, p = next(iter(family_probabilities(case.verdict).items()))
+        right = {"null": NO_GAP, "unknown": NONE}.get(case.status) or family(case.truth[0])
+        pairs.append((p, name == right))
+    if not pairs:
+        return {"ece": None, "n": 0, "bins": []}
+    parts = np.array_split(np.array(sorted(pairs), dtype=float), CALIBRATION_BINS)
+    bins = [
+        {"p": round(float(part[:, 0].mean()), 4), "right": round(float(part[:, 1].mean()), 4),
+         "n": len(part)}
+        for part in parts
+        if len(part)
+    ]  # fmt: skip
+    error = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins) / len(pairs)
+    return {"ece": round(float(error), 4), "n": len(pairs), "bins": bins}
+
+
+def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) -> dict[str, Any]:
+    high = [_none_p(case) for case in unknown]
+    low = [_none_p(case) for case in known]
+    threshold = float(np.quantile(low, 1.0 - FALSE_REJECTION)) if low else 1.0
+    distance = {
+        name: rate([_none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
+        for name in ("far", "near")
+    }
+    return {"auroc": area_under_curve(high, low), "rejected": distance}
+
+
+def _pair_scores(pairs: Sequence[ScoredCase]) -> dict[str, Any]:
+    both, exact = [], []
+    for case in pairs:
+        chosen = [] if case.verdict is None else list(case.verdict["set90"])
+        parts = [part for label in chosen for part in label.split(JOIN)]
+        both.append(all(any(matches(p, t) for p in parts) for t in case.truth))
+        top = _top_family(case).split(JOIN)
+        exact.append(sorted(map(family, top)) == sorted(map(family, case.truth)))
+    return {"both_in_set": rate(both), "exact": rate(exact)}
+
+
+def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    errors, covered = [], []
+    for case in single:
+        [effect] = case.key["effects"]
+        found = _amplitude(case, effect["parameter"])
+        if found is None:
+            continue
+        truth = float(effect["amplitude"])
+        errors.append(abs(found["value"] - truth) / abs(truth - _off(effect["parameter"])))
+        if found["ci95"] is not None:
+            covered.append(found["ci95"][0] <= truth <= found["ci95"][1])
+    return {"relative_error": _spread(errors), "ci_coverage": rate(covered)}
+
+
+def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    right = [case for case in single if case.right_single]
+    controls = [control_shares(case.answer_folder) for case in right]
+    claimed = {id(case): _claimed(case, "new_task") for case in right}
+    values = [value for value in claimed.values() if value is not None]
+    errors, covered = [], []
+    for case in right:
+        value = claimed[id(case)]
+        truth = _reducible(case.hidden)
+        if truth is None or value is None or case.verdict is None:
+            continue
+        errors.append(abs(value - truth))
+        interval = case.verdict["shrinkage"]["new_task"]["ci95"]
+        if interval is not None:
+            covered.append(interval[0] <= truth <= interval[1])
+    return {
+        "new_task": _spread(values),
+        "keeps": rate([value >= KEPT_SHARE for value in values]),
+        "true_on_hidden_task": _spread([_reducible(case.hidden) for case in right]),
+        # What the injected effect would remove, whatever was answered.
+        "oracle_on_hidden_task": _spread([_reducible(case.oracle) for case in single]),
+        # Of the gap itself, without a floor.
+        "removed_without_noise": _spread([case.hidden.removed for case in right if case.hidden]),
+        "held_out_trial": _spread([_claimed(case, "held_out_trial") for case in right]),
+        "black_box_on_held_out_trial": _spread([box for box, _ in controls]),
+        "best_placebo_on_held_out_trial": _spread([placebo for _, placebo in controls]),
+        "error": _spread(errors),
+        "ci_coverage": rate(covered),
+    }
+
+
+def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    """F1 of channel x phase points of the first map, and whether its largest share is right."""
+    scores, largest = [], []
+    for case in single:
+        if case.verdict is None:
+            continue
+        channels = list(case.key["channels"])
+        change = np.max([np.abs(np.array(t)) for t in case.key["change_sigma"].values()], axis=0)
+        truth, found = change >= REGION_SIGMA, np.zeros(change.shape, dtype=bool)
+        shows = case.verdict["regions"]["shows"]
+        for region in shows:
+            start, end = region["phase_percent"]
+            if region["channel"] in channels:
+                found[round(start) : round(end) + 1, channels.index(region["channel"])] = True
+        both, either = np.sum(truth & found), np.sum(truth) + np.sum(found)
+        scores.append(float(2 * both / either) if either else 1.0)
+        if shows:
+            top = max(shows, key=lambda region: region["share"])["channel"]
+            footprint = case.key["footprint"]
+            largest.append(top == max(footprint, key=lambda name: footprint[name]))
+    return {"f1": _spread(scores), "largest_channel": rate(largest)}
+
+
+def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:
+    """Answered families by true family; pairs by their joined families."""
+    table: dict[str, Counter[str]] = {}
+    for case in cases:
+        names = {"null": NO_GAP, "hidden": "hardly shows"}
+        truth = names.get(case.status) or JOIN.join(family(label) for label in case.truth)
+        table.setdefault(truth, Counter())[_top_family(case)] += 1
+    return {truth: dict(row) for truth, row in sorted(table.items())}
+
+
+def _baseline_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Family top-1 of simple methods on the same cases."""
+    hits: dict[str, list[bool]] = {}
+    for case in single:
+        for method, name in case.baselines.items():
+            hits.setdefault(method, []).append(name == family(case.truth[0]))
+    return {method: rate(values) for method, values in sorted(hits.items())}
+
+
+def _line(case: ScoredCase) -> dict[str, Any]:
+    """One case for the table of all cases."""
+    return {
+        "case": case.key["case"],
+        "plant": case.key["plant"],
+        "mode": case.mode,
+        "status": case.status,
+        "truth": JOIN.join(case.truth) or NO_GAP,
+        "answer": _top_family(case),
+        "p": None if case.verdict is None else next(
+            iter(family_probabilities(case.verdict).values())
+        ),
+        "footprint": max(case.key["footprint"].values()),
+        "large": case.large,
+        "covered": _covered(case),
+    }  # fmt: skip

@@ -1,0 +1,1 @@
+"""Whether there is a gap, and where it lies."""

@@ -1,0 +1,260 @@
+"""How far the gap shrinks once an effect is added, on trials and movements that were not fitted.
+
+An effect is added with its parameters and with how much of it this person shows in each channel,
+both found in the other trials.
+
+The share is (G0 - G1) / (G0 - F) with G the root mean square of what is left, in units of what two
+recordings of one person differ by without a cause, and F = 1.
+
+Letters: D coefficients, P parameters, T tasks, L test trials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from scapulohumeral.gap.curve_files import ControlsRow
+from scapulohumeral.gap.isolation.channel_gains import (
+    channel_factors,
+    expected_left,
+    predicted_change,
+)
+from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.isolation.model_error import SignatureError, change_error
+from scapulohumeral.gap.recording.observables import channel_kind, channel_unit
+from scapulohumeral.gap.residual.differences import TrialDifference
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable
+from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
+
+FEWEST_FOR_INTERVAL = 4
+
+
+RESAMPLES = 500
+
+
+# A gap this close to the floor leaves nothing to reduce.
+REDUCIBLE = 0.05
+
+
+PLACEBOS = 3
+
+
+def shrinkage(
+    chosen: Fit,
+    residual: Residual,
+    trials: Sequence[TrialDifference],
+    relative_error: float,
+    seed: int,
+) -> Shrinkage:
+    """Shares of the reducible gap that an effect removes, from least to most demanding.
+
+    Intervals are those of the mean over trials or tasks; on a new task that of one more task.
+
+    Parameters
+    ----------
+    chosen : effect, fitted to everything
+    residual : mean differences of all tasks
+    trials : differences of single test trials
+    relative_error : of signatures
+    seed : of the bootstrap
+    """
+    hypothesis = chosen.hypothesis
+
+    def change(training: Residual) -> np.ndarray:
+        return predicted_change(hypothesis, training, residual, relative_error)
+
+    fitted = change(residual)
+    splits: dict[str, list[tuple[Residual, np.ndarray]]] = {"in_sample": [], "new_task": []}
+    left = []
+    for task in residual.tasks:
+        part, rows = residual.part([task]), residual.rows([task])
+        splits["in_sample"].append((part, fitted[rows]))
+        others = [other for other in residual.tasks if other != task]
+        if others:
+            training = residual.part(others)
+            splits["new_task"].append((part, change(training)[rows]))
+            left.append(expected_left(hypothesis, training, residual, relative_error))
+    splits["held_out_trial"] = _held_out(change, residual, trials)
+    counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
+    shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
+    if shares["new_task"] is not None:
+        shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, seed)
+    groups = [
+        group
+        for name, parts in splits.items()
+        if shares[name] is not None
+        for group in _groups(name, parts)
+    ]
+    return Shrinkage(
+        shares["in_sample"], shares["held_out_trial"], shares["new_task"], tuple(groups)
+    )
+
+
+def controls(
+    residual: Residual,
+    trials: Sequence[TrialDifference],
+    unknown_inputs: UnknownInputs,
+    relative_error: float,
+    seed: int,
+) -> list[ControlsRow]:
+    """Shares that disappear on held-out trials without any cause.
+
+    Smooth disturbances of every degree of freedom and channel follow any gap; a smooth random
+    generalised force, the same in all tasks, of one unknown size and with factors of a person like
+    an effect, should follow none.
+
+    Returns
+    -------
+    shares : of the black box and of each placebo, if there are trials to hold out
+    """
+    rng = np.random.default_rng(seed)
+    forces = (
+        sum(kind == "dof" for kind, _ in unknown_inputs.names) * unknown_inputs.shapes[0].shape[1]
+    )
+    by_task = np.split(unknown_inputs.columns, len(residual.tasks), axis=1)
+    placebos = [
+        sum(columns[:, :forces] for columns in by_task) @ rng.normal(size=forces)
+        for _ in range(PLACEBOS)
+    ]
+    found = {
+        "black box": _held_out(partial(_smooth, columns=unknown_inputs.columns), residual, trials)
+    }
+    for i, change in enumerate(placebos):
+        predict = partial(_scaled, change=change, relative_error=relative_error)
+        found[f"placebo {i + 1}"] = _held_out(predict, residual, trials)
+    shares = {name: _share(parts, len(parts), seed) for name, parts in found.items()}
+    return [
+        ControlsRow(name=name, shrinkage=share.value)
+        for name, share in shares.items()
+        if share is not None
+    ]
+
+
+def _smooth(training: Residual, columns: np.ndarray) -> np.ndarray:
+    """Most probable change (D,) by smooth disturbances (D, S)."""
+    return columns @ most_probable(training, columns) @ training.whiten(training.delta)
+
+
+def _scaled(training: Residual, change: np.ndarray, relative_error: float) -> np.ndarray:
+    """A change (D,), as large as fits best, with the factors of a person."""
+    white = training.whiten(change)
+    change = float(white @ training.whiten(training.delta)) / float(white @ white) * change
+    error = SignatureError(change_error(training, change, relative_error, controlled=True))
+    left = training.delta - change
+    factors = channel_factors(change, left, error, training, relative_error)
+    return training.scaled(change, factors)
+
+
+def _held_out(
+    predict: Callable[[Residual], np.ndarray],
+    residual: Residual,
+    trials: Sequence[TrialDifference],
+) -> list[tuple[Residual, np.ndarray]]:
+    """Each trial with the change (D,) that is predicted from the other trials."""
+    parts = []
+    for i, trial in enumerate(trials):
+        delta = residual.delta.copy()
+        rows = residual.rows([trial.task])
+        rest = [t for k, t in enumerate(trials) if k != i and t.task == trial.task]
+        if rest:
+            delta[rows] = np.mean([t.residual.delta for t in rest], axis=0)
+            training = replace(residual, delta=delta)
+            parts.append((trial.residual, predict(training)[rows]))
+    return parts
+
+
+def reducible_share(before: float, after: float) -> float | None:
+    """Share of the gap above the floor that is removed; None if there is nothing to reduce.
+
+    Parameters
+    ----------
+    before, after : root mean squares of what is recorded, in units of the floor
+    """
+    if before < 1.0 + REDUCIBLE:
+        return None
+    return (before - max(after, 1.0)) / (before - 1.0)
+
+
+def remaining(part: Residual, predicted: np.ndarray) -> tuple[float, float]:
+    """Root mean square before and after, over what differs without a cause."""
+    scale = np.sqrt(np.diag(part.covariance))
+    before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
+    return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
+
+
+def _share(parts: Sequence[tuple[Residual, np.ndarray]], trials: int, seed: int) -> Share | None:
+    """Share over all parts with a bootstrap interval; None if there is nothing to reduce.
+
+    `trials` is how many trials are behind all parts.
+    """
+    if not parts:
+        return None
+    pairs = np.array([remaining(part, predicted) for part, predicted in parts])
+    value = _ratio(pairs)
+    if value is None:
+        return None
+    if len(pairs) < FEWEST_FOR_INTERVAL:
+        return Share(value, None, trials)
+    rng = np.random.default_rng(seed)
+    picks = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
+    values = [ratio for pick in picks if (ratio := _ratio(pairs[pick])) is not None]
+    low, high = np.quantile(values, [0.025, 0.975]) if values else (value, value)
+    return Share(value, (float(low), float(high)), trials)
+
+
+def _expected(
+    share: Share,
+    parts: Sequence[tuple[Residual, np.ndarray]],
+    left: Sequence[np.ndarray],
+    seed: int,
+) -> Share:
+    """The share with an interval in which that of one more task is expected, and itself.
+
+    Few tasks say little of how different tasks can be; the errors that predictions are assumed to
+    have say more.
+
+    Parameters
+    ----------
+    parts : each task with its predicted change (D,)
+    left : covariance (D, D) of what is expected to remain of each
+    """
+    rng = np.random.default_rng(seed)
+    values = [share.value]
+    for (part, predicted), covariance in zip(parts, left, strict=True):
+        for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
+            ratio = reducible_share(*remaining(replace(part, delta=predicted + rest), predicted))
+            if ratio is not None:
+                values.append(ratio)
+    low, high = np.quantile(values, [0.025, 0.975])
+    ends = min(float(low), share.value), max(float(high), share.value)
+    return replace(share, ci95=ends)
+
+
+def _ratio(pairs: np.ndarray) -> float | None:
+    before, after = np.sqrt(np.mean(pairs**2, axis=0))
+    return reducible_share(float(before), float(after))
+
+
+def _groups(split: str, parts: Sequence[tuple[Residual, np.ndarray]]) -> list[GroupShrinkage]:
+    """Root mean squares in units of each kind of channel."""
+    channels = parts[0][0].channels
+    kinds = np.array([channel_kind(name) for name in channels])
+    groups = []
+    for kind in dict.fromkeys(kinds.tolist()):
+        chosen = np.flatnonzero(kinds == kind)
+        before, after, floor = (
+            float(np.sqrt(np.mean([np.mean(curve[..., chosen] ** 2) for curve in curves])))
+            for curves in (
+                [part.curves(part.delta) for part, _ in parts],
+                [part.curves(part.delta - predicted) for part, predicted in parts],
+                [part.floor for part, _ in parts],
+            )
+        )
+        unit = channel_unit(channels[int(chosen[0])])
+        groups.append(GroupShrinkage(kind, split, before, after, floor, unit))
+    return groups

@@ -1,0 +1,1 @@
+"""Which effect explains the gap, how large it is, and what else might."""

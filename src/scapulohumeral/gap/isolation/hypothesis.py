@@ -1,0 +1,132 @@
+"""An effect, or a pair of them, as an explanation of a difference; and its fit.
+
+Letters: D coefficients, P parameters, E effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.isolation.model_error import SignatureError, change_error, own_error
+from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.residual.residual import Residual
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """An effect, or a pair of them, linearised.
+
+    Attributes
+    ----------
+    effects : one, or the two of a pair
+    at : (P,) internal parameters of the linearisation
+    value : (D, E) change that each effect makes there; slope : (D, P) per unit of a parameter
+    stiffness : with which the person keeps the movement against the effects
+    """
+
+    effects: tuple[Effect, ...]
+    at: np.ndarray
+    value: np.ndarray
+    slope: np.ndarray
+    stiffness: float
+
+    @property
+    def label(self) -> str:
+        """Label in answers."""
+        return JOIN.join(sorted(effect.label for effect in self.effects))
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper internal bounds (P,)."""
+        ends = np.array([p.bounds for effect in self.effects for p in effect.params])
+        return ends[:, 0], ends[:, 1]
+
+    @property
+    def prior_sd(self) -> np.ndarray:
+        """Prior spread of the internal parameters, (P,)."""
+        return np.array([p.prior_sd for effect in self.effects for p in effect.params])
+
+    @property
+    def order(self) -> list[tuple[int, int]]:
+        """Pairs of parameters of which the first is never above the second."""
+        starts = np.cumsum([0, *(len(effect.params) for effect in self.effects)])
+        return [
+            (int(start) + i, int(start) + j)
+            for start, effect in zip(starts, self.effects, strict=False)
+            for i, j in effect.order
+        ]
+
+    def predict(self, x: np.ndarray) -> np.ndarray:
+        """Change (D,) at internal parameters (P,)."""
+        return self.changes(x).sum(axis=1)
+
+    def changes(self, x: np.ndarray) -> np.ndarray:
+        """Change (D, E) by each effect at internal parameters (P,)."""
+        ends = np.cumsum([len(effect.params) for effect in self.effects])[:-1]
+        parts = zip(np.split(self.slope, ends, axis=1), np.split(x - self.at, ends), strict=True)
+        return self.value + np.stack([slope @ by for slope, by in parts], axis=1)
+
+    def error(self, x: np.ndarray, residual: Residual, relative: float) -> SignatureError:
+        """Error of the change predicted at internal parameters (P,), of each effect by itself."""
+        covariance = np.zeros((len(self.slope), len(self.slope)))
+        for effect, change in zip(self.effects, self.changes(x).T, strict=True):
+            share = own_error(effect, relative)
+            covariance += change_error(residual, change, share, effect.changes_body)
+        return SignatureError(covariance)
+
+    def part(self, rows: np.ndarray) -> Hypothesis:
+        """The same for some coefficients."""
+        return replace(self, value=self.value[rows], slope=self.slope[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis fitted to a difference.
+
+    Attributes
+    ----------
+    hypothesis : that was fitted
+    x : (P,) internal parameters; covariance : (P, P) of them
+    log_evidence : log density of the difference, whitened
+    left : sum of squares of the whitened difference that remains
+    misfit : mean square of what remains in units of noise and of the errors of the prediction:
+        about one where both are as assumed
+    """
+
+    hypothesis: Hypothesis
+    x: np.ndarray
+    covariance: np.ndarray
+    log_evidence: float
+    left: float
+    misfit: float
+
+    @property
+    def label(self) -> str:
+        """Label in answers."""
+        return self.hypothesis.label
+
+    @property
+    def predicted(self) -> np.ndarray:
+        """Change (D,) that the fit predicts."""
+        return self.hypothesis.predict(self.x)
+
+
+def pair(first: Fit, second: Fit) -> Hypothesis:
+    """Both effects on the same person at once, their changes added."""
+    one, two = first.hypothesis, second.hypothesis
+    return Hypothesis(
+        effects=(*one.effects, *two.effects),
+        at=np.concatenate([one.at, two.at]),
+        value=np.hstack([one.value, two.value]),
+        slope=np.hstack([one.slope, two.slope]),
+        stiffness=one.stiffness,
+    )
+
+
+def strongest(fits: Sequence[Fit], priors: Mapping[str, float], count: int) -> list[Fit]:
+    """The fits with most evidence and prior, the best first."""
+    return sorted(fits, key=lambda f: -(f.log_evidence + np.log(priors[f.label])))[:count]

@@ -1,0 +1,113 @@
+"""What these trials can and cannot tell apart, and which further trial would."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import norm
+
+from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.isolation.posterior import Posterior
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.result import NextTrial
+
+
+def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:
+    """How far another hypothesis stays from what a fit predicts, in units of the noise."""
+    target = replace(residual, delta=fitted.predicted)
+    closest = fit(other, target, 0.0)
+    remaining = residual.whiten(fitted.predicted - closest.predicted)
+    error = fitted.hypothesis.error(fitted.x, residual, relative_error)
+    return float(np.sqrt(remaining @ error.solve(remaining)))
+
+
+APART = 0.95
+
+
+# Candidates below this probability are not compared with each other, nor more than so many.
+NEGLIGIBLE = 0.01
+
+
+COMPARED = 10
+
+
+def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
+    """Fits that are not negligible, the most probable first, at most `COMPARED`."""
+    kept = [f for f in fits if found.labels[f.label] >= NEGLIGIBLE]
+    return sorted(kept, key=lambda f: -found.labels[f.label])[:COMPARED]
+
+
+def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
+    """Labels that these trials cannot tell apart, by complete linkage in the order of the fits.
+
+    `apart` is made by :func:`separability`.
+    """
+    groups: list[list[int]] = []
+    for i in range(len(fits)):
+        home = next((g for g in groups if all(apart[i, k] < APART for k in g)), None)
+        if home is None:
+            groups.append([i])
+        else:
+            home.append(i)
+    return [[fits[i].label for i in group] for group in groups]
+
+
+def separability(
+    fits: Sequence[Fit], residual: Residual, relative_error: float, temperature: float
+) -> np.ndarray:
+    """Probability that these trials tell two fitted hypotheses apart, symmetric.
+
+    Phi(d / 2) with d the distance, in units of noise and signature error, that the better of both
+    refits leaves: two normal distributions at this distance are told apart as often. It is tempered
+    like probabilities and intervals: evidence for one of both counts less than it claims.
+    """
+    count = len(fits)
+    result = np.full((count, count), 0.5)
+    for i in range(count):
+        for k in range(i):
+            d = min(
+                distance(fits[i], fits[k].hypothesis, residual, relative_error),
+                distance(fits[k], fits[i].hypothesis, residual, relative_error),
+            )
+            result[i, k] = result[k, i] = float(norm.cdf(0.5 * d / np.sqrt(temperature)))
+    return result
+
+
+def next_trial(
+    fits: Sequence[Fit],
+    group: Sequence[str],
+    residual: Residual,
+    relative_error: float,
+    temperature: float,
+) -> NextTrial | None:
+    """Recorded task whose repetition would best tell the first two effects of a class apart.
+
+    Parameters
+    ----------
+    fits : the most probable first; group : labels of the class of the first
+    residual : what was explained; relative_error : of predicted changes
+    temperature : as for :func:`posterior`
+
+    Returns
+    -------
+    NextTrial | None     with as many further test and reference trials of the task, which halve its
+                         noise but not what sessions change; None if the first stands alone
+    """
+    pair = [f for f in fits if f.label in group][:2]
+    if len(pair) < 2:
+        return None
+
+    def apart(task: str) -> float:
+        rows = np.ix_(residual.rows([task]), residual.rows([task]))
+        noise, covariance = residual.noise.copy(), residual.covariance.copy()
+        noise[rows] *= 0.5
+        covariance[rows] -= noise[rows]
+        more = replace(residual, noise=noise, covariance=covariance)
+        return float(separability(pair, more, relative_error, temperature)[0, 1])
+
+    found = {task: apart(task) for task in residual.tasks}
+    best = max(found, key=lambda task: found[task])
+    return NextTrial(best, tuple(f.label for f in pair), found[best])

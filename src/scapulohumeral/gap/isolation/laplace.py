@@ -1,0 +1,168 @@
+"""Amplitudes and log evidence of a hypothesis by Laplace's method.
+
+The Gaussian likelihood of the difference is integrated over the prior of the parameters.
+
+Letters: D coefficients, P parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+from scipy.stats import chi2, norm
+
+from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
+from scapulohumeral.gap.isolation.model_error import SignatureError
+from scapulohumeral.gap.residual.residual import Residual
+
+# Least squares are repeated with new errors until parameters change by less than this share of
+# their prior spread, at most so often.
+REWEIGHTINGS, SETTLED = 12, 0.01
+
+
+def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fit:
+    """Most probable parameters inside their bounds, and evidence by Laplace's method."""
+    system = _System(
+        hypothesis,
+        residual,
+        relative_error,
+        slope=residual.whiten(hypothesis.slope),
+        target=residual.whiten(
+            residual.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
+        ),
+    )
+    low, high = hypothesis.bounds
+    first = np.eye(len(low))[0] * hypothesis.prior_sd
+    # Errors grow with predictions: what contradicts a small effect, a large one may bear.
+    starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
+    settled = (system.settled(start) for start in np.unique(starts, axis=0))
+    x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
+    curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
+    left = system.left(x)
+    squares = error.squares(left)
+    one_sided = np.sum((low >= 0.0) | (high <= 0.0))
+    _, logdet = np.linalg.slogdet(curvature)
+    log_evidence = (
+        error.log_density(squares, len(left))
+        + _log_prior(hypothesis, x)
+        + one_sided * np.log(2.0)
+        + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
+    )
+    return Fit(
+        hypothesis,
+        x,
+        np.linalg.inv(curvature),
+        log_evidence,
+        left=float(left @ left),
+        misfit=squares / len(left),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Least squares of a hypothesis, whitened.
+
+    Attributes
+    ----------
+    hypothesis, residual, relative_error : as for :func:`fit`
+    slope : (D, P) change per unit of a parameter
+    target : (D,) difference to explain, from the origin of the parameters
+    """
+
+    hypothesis: Hypothesis
+    residual: Residual
+    relative_error: float
+    slope: np.ndarray
+    target: np.ndarray
+
+    def error(self, x: np.ndarray) -> SignatureError:
+        """Error of what parameters (P,) predict."""
+        return self.hypothesis.error(x, self.residual, self.relative_error)
+
+    def left(self, x: np.ndarray) -> np.ndarray:
+        """What parameters (P,) leave of the difference, (D,)."""
+        return self.target - self.slope @ x
+
+    def loss(self, x: np.ndarray, error: SignatureError) -> float:
+        """Negative log density of the difference and parameters (P,), up to one-sided priors."""
+        left = self.left(x)
+        density = error.log_density(error.squares(left), len(left))
+        return -density - _log_prior(self.hypothesis, x)
+
+    def settled(self, start: np.ndarray) -> np.ndarray:
+        """Parameters (P,) that least squares with the error of their own prediction returns.
+
+        The most probable ones would be too small wherever predictions are better than their error
+        says, because a smaller effect claims a smaller error.
+        """
+        x = start
+        for _ in range(REWEIGHTINGS if self.relative_error > 0.0 else 1):
+            before, x = x, self.reweighted(x)
+            if np.all(np.abs(x - before) < SETTLED * self.hypothesis.prior_sd):
+                break
+        return x
+
+    def reweighted(self, start: np.ndarray) -> np.ndarray:
+        """Most probable parameters (P,) with the error that a prediction has at a start (P,)."""
+        weighted = self.error(start).solve(self.slope)
+        normal = self.slope.T @ weighted + np.diag(self.hypothesis.prior_sd**-2.0)
+        right = weighted.T @ self.target
+        low, high = self.hypothesis.bounds
+        alike, kept = np.eye(len(low)), list(range(len(low)))
+        while True:
+            basis = alike[:, kept]
+            x = basis @ _least(basis.T @ normal @ basis, basis.T @ right, low[kept], high[kept])
+            swapped = [pair for pair in self.hypothesis.order if x[pair[0]] > x[pair[1]]]
+            if not swapped:
+                return x
+            # Where two would change places, the best of a convex problem has them equal.
+            first, second = swapped[0]
+            alike[second] = alike[first]
+            kept.remove(second)
+
+
+def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Parameters (P,) of least squares with normal equations (P, P) and (P,) inside bounds."""
+    free = np.linalg.solve(normal, right)
+    if np.all((low <= free) & (free <= high)):
+        return free
+    factor = np.linalg.cholesky(normal)
+    span = np.maximum(high - low, 1e-9)
+    # An active set of few parameters is exact and ten times as fast as an interior point.
+    target = np.linalg.solve(factor, right)
+    solved = lsq_linear(factor.T, target, (low - 1e-12 * span, high), method="bvls")
+    return np.clip(solved.x, low, high)
+
+
+def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
+    return float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
+
+
+def no_gap_evidence(residual: Residual) -> float:
+    """Log evidence of no difference at all."""
+    white = residual.whiten(residual.delta)
+    return -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
+
+
+def task_agreement(
+    hypothesis: Hypothesis, residual: Residual, relative_error: float
+) -> tuple[float | None, list[tuple[str, float, float]]]:
+    """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
+
+    Returns
+    -------
+    p : None with one task
+    rows : task, internal primary amplitude and its standard error
+    """
+    rows = []
+    for task in residual.tasks:
+        part = fit(hypothesis.part(residual.rows([task])), residual.part([task]), relative_error)
+        rows.append((task, float(part.x[0]), float(np.sqrt(part.covariance[0, 0]))))
+    if len(rows) < 2:
+        return None, rows
+    values, errors = np.array([row[1:] for row in rows]).T
+    weights = 1.0 / errors**2
+    mean = np.sum(weights * values) / weights.sum()
+    return float(chi2.sf(np.sum(weights * (values - mean) ** 2), len(rows) - 1)), rows

@@ -1,0 +1,23 @@
+"""Names of answers: ``side/family[/member]``, pairs of them, none of these, no gap."""
+
+from __future__ import annotations
+
+
+def family(label: str) -> str:
+    """``side/family`` of a label; pairs, none and no_gap stay as they are."""
+    return label if JOIN in label else "/".join(label.split("/")[:2])
+
+
+def matches(label: str, truth: str) -> bool:
+    """Whether a label names the truth; a member that is left out, or all, is no contradiction."""
+    if family(label) != family(truth):
+        return False
+    members = [name.split("/")[2] for name in (label, truth) if name.count("/") >= 2]
+    return len(members) < 2 or members[0] == members[1] or "all" in members
+
+
+NONE, NO_GAP = "none", "no_gap"
+
+
+# Between the two effects of a pair.
+JOIN = " + "

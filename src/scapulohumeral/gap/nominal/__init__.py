@@ -1,0 +1,1 @@
+"""The participant's model, and its optimal movement without effects."""

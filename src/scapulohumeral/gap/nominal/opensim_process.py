@@ -1,0 +1,83 @@
+"""The part of a participant's model that needs opensim, run as a process of its own.
+
+``python -m scapulohumeral.gap.nominal.opensim_process FOLDER`` reads
+``FOLDER/case/participant.yaml`` with its recordings and ``FOLDER/settings.json``, and writes
+``model.json`` and ``samples.npz`` there, by the functions of the study. opensim and casadi cannot
+share a process. The trials that shape the model (fibre lengths, thorax surfaces) are named in the
+settings; muscles are sampled near all.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
+from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
+from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
+from scapulohumeral.model.opensim_model import model_record, participant_model
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.model.tables import read_tables
+
+CASE = "case"
+REFUSED = 2
+
+
+def build(folder: Path) -> None:
+    """Scale the model, record it as ``model.json``, and sample its muscles into ``samples.npz``.
+
+    Raises
+    ------
+    ConfigError, DataError, ModelError   see the functions of the study
+    """
+    settings = json.loads((folder / "settings.json").read_text(encoding="utf-8"))
+    tables = read_tables(Path(settings["tables"]))
+    participant = read_participant(folder, CASE)
+    shaping = {name: participant.trial(name) for name in settings["shaping_trials"]}
+    shaper = replace(participant, trials=shaping)
+    choices = ModelChoices(masses=settings["masses"])
+    model = participant_model(tables, shaper, choices)
+    record = model_record(model, shaper, tables, choices)
+    set_masses(record["segments"], settings["segment_mass_kg"])
+    (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+    geometry = settings["geometry"]
+    count = geometry["poses"] + geometry["held_out_poses"]
+    angles = draw_sample_angles(
+        participant,
+        "quaternion",
+        Region(geometry["margin_deg"], tuple(geometry["scapula_turn_deg"])),
+        count,
+        np.random.default_rng(geometry["seed"]),
+        lambda poses: is_clear(record, poses, geometry["clearance"]),
+    )
+    names = [muscle["name"] for muscle in record["muscles"]]
+    samples = sample_geometry(model, trial_to_pose(angles), names)
+    held_out = np.arange(count) >= geometry["poses"]
+    arrays = {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
+    np.savez(folder / "samples.npz", **arrays)
+
+
+def set_masses(segments: Mapping[str, dict[str, Any]], mass_kg: Mapping[str, float]) -> None:
+    """Give segments of a model record other masses, in place; inertia follows in proportion."""
+    for name, mass in mass_kg.items():
+        ratio = mass / segments[name]["mass_kg"]
+        segments[name]["mass_kg"] = mass
+        segments[name]["inertia_kgm2"] = [ratio * i for i in segments[name]["inertia_kgm2"]]
+
+
+if __name__ == "__main__":
+    try:
+        build(Path(sys.argv[1]))
+    except (ConfigError, DataError, ModelError) as error:
+        print(error, file=sys.stderr)
+        sys.exit(REFUSED)

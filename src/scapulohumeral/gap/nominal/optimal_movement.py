@@ -1,0 +1,375 @@
+"""The nominal model of one movement, with effects: an optimal control problem and its solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from scapulohumeral.dynamics.hill import force_derivatives
+from scapulohumeral.dynamics.muscle_forces import MuscleForces
+from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.effects.body import JOINTS, Body
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.nominal.control_bias import Drive, no_drive, toward_emg
+from scapulohumeral.gap.nominal.loaded_collocation import _loaded, body_bounds
+from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+from scapulohumeral.gap.recording.observables import mean_pose
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.model.rotations import (
+    pose_to_trial,
+    quaternion_to_matrix,
+    trial_to_pose,
+)
+from scapulohumeral.ocp.cost_terms import pose_errors
+from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
+from scapulohumeral.ocp.optimality.sensitivity import Variant, variant
+from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
+from scapulohumeral.ocp.transcription import muscle_patterns
+from scapulohumeral.quantities.joint_loading import superior_inferior_share
+
+BARRIER = 1e-5
+
+
+TOLERANCE = 1e-6
+
+
+# Gauss-Newton iterations before exact ones: most movements need few; where the muscles can hardly
+# bear the start, more of them lead to a region from which exact iterations converge.
+HASTY, PATIENT = 25, 80
+
+
+# Share of the effort that counts excitations instead of activations, for all muscles: without it
+# the cost of a single muscle's effort could not be varied to both sides of the nominal one.
+EXCITATION_EFFORT = 0.01
+
+
+# What takes longer to set up than to differentiate, and serves all variants of a movement.
+KEPT = ("set_up", "_nominal")
+
+
+# Smoothing of the scapulothoracic contact over that of the study, of tracked movements. Markers
+# place a scapula to some millimetres, and it glides on muscle: on ribs as hard as DAS3's, whether a
+# recorded scapula touches them at all is chance, and a derivative holds for a millimetre.
+CONTACT_WIDTH = 3.0
+
+
+# What predictions track; scapula and clavicle are free.
+PREDICTED_FROM = ("humerus", "elbow")
+
+
+GH_QUATERNION = slice(8, 12)
+
+
+SPEEDS = 10
+
+
+# Rows of the equations that belong to each joint.
+JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """The tracking problem of one movement.
+
+    Attributes
+    ----------
+    forces : equations and muscle geometry
+    body : nominal body
+    objective : objective with the nominal glenoid and without effort of its own
+    angles_rad : (N, 10) motion to track
+    drive : of the muscles beside effort
+    mesh : problem of as many nodes with the same equations and muscles, if there is one already
+    """
+
+    forces: MuscleForces
+    body: Body
+    objective: Objective
+    angles_rad: np.ndarray
+    drive: Drive
+    mesh: Problem | None = None
+
+    def problem(self, body: Body, hessian: str = "exact") -> Problem:
+        """The problem with another body."""
+        base = self.set_up
+        bounds = body_bounds(base.layout, body, (base.lower_bound, base.upper_bound))
+        loaded = _loaded(base.collocation, body)
+        return base.varied(loaded, self._objective(body), hessian, bounds)
+
+    def variant(self, body: Body) -> Variant:
+        """The same for derivatives, without opty's set-up."""
+        nominal = self._nominal
+        layout = self.set_up.layout
+        lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
+        return Variant(_loaded(nominal.collocation, body), self._objective(body), lower, upper)
+
+    def with_reference(self, angles_rad: np.ndarray) -> Objective:
+        """The objective that tracks another motion, (N, 10) [rad]."""
+        distance = float(self.objective.reference[0, 0])
+        reference = self.objective.errors.reference(angles_rad, distance)
+        return replace(self._objective(self.body), reference=reference)
+
+    @cached_property
+    def set_up(self) -> Problem:
+        """Mesh, layout and bounds for all bodies; it is not solved itself."""
+        body, objective = self.body, self._objective(self.body)
+        if self.mesh is None:
+            return Problem(self.forces, body.muscles, pack(body.parameters), objective, "exact")
+        collocation = replace(
+            self.mesh.collocation,
+            muscles=body.muscles,
+            parameters=pack(body.parameters),
+            step=objective.step,
+        )
+        bounds = self.mesh.lower_bound, self.mesh.upper_bound
+        return self.mesh.varied(collocation, objective, "exact", bounds)
+
+    @cached_property
+    def _nominal(self) -> Variant:
+        return variant(self.set_up)
+
+    def _objective(self, body: Body) -> Objective:
+        inclination, version = body.glenoid_rad
+        emg = self.drive.term(body.effort)
+        return replace(self.objective, glenoid=(inclination, version), emg=emg)
+
+    def cold_start(self) -> Start:
+        """Start near the motion to track."""
+        guess = initial_guess.from_motion(
+            self.forces,
+            self.body.muscles,
+            pack(self.body.parameters),
+            self.angles_rad,
+            self.objective.step,
+        )
+        low, high = self.body.floor + 1e-3, self.body.cap - 1e-3
+        guess = replace(guess, a=np.clip(guess.a, low, high), e=np.clip(guess.e, low, high))
+        return Start(self.set_up.layout.join(guess))
+
+    def solved(self, body: Body, start: Start, iterations: int) -> Start:
+        """Solution for a body.
+
+        A cold start is solved without joint stability first: the joint force of a start may point
+        anywhere, and where it hardly compresses, stability outweighs all else and leads into poor
+        optima. If that fails, it is tried again with more patience. Both solutions end with the
+        same barrier only from a warm start, by whose gradient IPOPT scales.
+
+        Raises
+        ------
+        SolveError                   IPOPT did not reach its tolerance
+        """
+        if start.multipliers is not None:
+            return self._solved(body, start, iterations)
+        free = self._without_stability()
+        try:
+            point = free._solved(body, start, iterations)
+        except SolveError:
+            point = free._solved(body, start, iterations, PATIENT)
+        return self._solved(body, point, iterations)
+
+    def _without_stability(self) -> Movement:
+        return self.with_weights(replace(self.objective.weights, stability=0.0))
+
+    def with_weights(self, weights: Weights) -> Movement:
+        """The same movement with other weights."""
+        return self._varied(objective=replace(self.objective, weights=weights))
+
+    def with_control_bias(
+        self, point: Start, emg: np.ndarray, electrodes: np.ndarray, iterations: int
+    ) -> tuple[Movement, Start]:
+        """The same movement of a person who is driven as EMG shows, and its solution.
+
+        Parameters
+        ----------
+        point : solution without habits; iterations : after which a solve counts as failed
+        emg : (N, C) of maximum voluntary contraction
+        electrodes : (C, M) elements that channels average
+
+        Raises
+        ------
+        SolveError                   EMG cannot be followed
+        """
+        drive = toward_emg(self.trajectory(point).e, emg, electrodes)
+        following = self.driven(drive)
+        point = following.solved(self.body, point, iterations)
+        return self.driven(drive.habit(self.trajectory(point).e)), point
+
+    def driven(self, drive: Drive) -> Movement:
+        """The same movement with another drive of the muscles."""
+        return self._varied(drive=drive)
+
+    def kept(self, point: Start, stiffness: float) -> Movement:
+        """The same movement of a person who keeps its solution more firmly against effects.
+
+        Tracking counts `stiffness` times as much, of a motion that much nearer to the solution: the
+        solution is the same, and what departs from it costs more.
+        """
+        if stiffness == 1.0:
+            return self
+        share = 1.0 / stiffness
+        poses = self.trajectory(point).q, trial_to_pose(self.angles_rad)
+        pose = mean_pose(poses, [1.0 - share, share])
+        weights = self.objective.weights
+        return self._varied(
+            objective=replace(
+                self.with_reference(pose_to_trial(pose)),
+                weights=replace(weights, trajectory=stiffness * weights.trajectory),
+            )
+        )
+
+    def with_nominal_body(self, body: Body) -> Movement:
+        """The same movement with another nominal body of equal equations without effects."""
+        return self._varied(body=body)
+
+    def _varied(self, **changes: Any) -> Movement:
+        other = replace(self, **changes)
+        for name in KEPT:
+            other.__dict__[name] = getattr(self, name)
+        return other
+
+    def _solved(
+        self, body: Body, start: Start, iterations: int, gauss_newton: int = HASTY
+    ) -> Start:
+        settings = SolverSettings(
+            tolerance=TOLERANCE,
+            barrier_target=BARRIER,
+            max_iterations=iterations,
+            gauss_newton_iterations=gauss_newton,
+        )
+        result = solve(lambda hessian: self.problem(body, hessian), start, settings)
+        if not result.optimal:
+            raise SolveError(
+                f"movement of {self.objective.step * (len(self.angles_rad) - 1):.2f} s: "
+                f"{result.message} after {result.iterations} iterations, violation "
+                f"{result.constraint_violation:.1e}; expected a solution. Check the recording, or "
+                "raise gap.iterations."
+            )
+        return result.point
+
+    def trajectory(self, point: Start) -> Trajectory:
+        """Trajectories of a solution."""
+        return self.set_up.trajectory(point.free)
+
+
+def movement(model: ParticipantModel, observed: Observation, settings: GapSettings) -> Movement:
+    """The problem of a recorded movement with the nominal body of a participant."""
+    angles = pose_to_trial(observed.pose)
+    errors = pose_errors(model.forces.dynamics.name)
+    w = settings.weights
+    weights = Weights(
+        trajectory=w["trajectory_quaternion"],
+        activation=w["activation"] * (1.0 - EXCITATION_EFFORT),
+        stability=w["stability"],
+        regularisation=w["regularisation"],
+        reaction_rate=w["reaction_rate"],
+        excitation_rate=w["excitation_rate"],
+        quaternion_norm=w["quaternion_norm"],
+        emg=w["activation"],
+        tracked=SEGMENTS if settings.view == "tracking" else PREDICTED_FROM,
+    )
+    body = nominal_body(model, len(angles))
+    if settings.view == "tracking":
+        body = _on_soft_ribs(body)
+    drive = no_drive(len(angles), len(body.effort))
+    objective = Objective(
+        errors=errors,
+        reference=errors.reference(angles, w["clavicle_point_m"]),
+        weights=weights,
+        step=observed.duration_s / (len(angles) - 1),
+        glenoid=(float(body.glenoid_rad[0]), float(body.glenoid_rad[1])),
+        superior_inferior_share=superior_inferior_share(model.record),
+        activity=np.ones(len(angles)),
+        emg=drive.term(body.effort),
+    )
+    meshes = _meshes(model)
+    move = Movement(model.forces, body, objective, angles, drive, meshes.get(len(angles)))
+    meshes.setdefault(len(angles), move.set_up)
+    return move
+
+
+@lru_cache(maxsize=1)
+def _meshes(model: ParticipantModel) -> dict[int, Problem]:
+    """Problems of the model in use by number of nodes: opty's set-up takes seconds."""
+    return {}
+
+
+def nominal_start(move: Movement, settings: GapSettings) -> Start:
+    """Where the nominal solution is looked for: predictions begin at the tracked movement.
+
+    Raises
+    ------
+    SolveError                       the movement cannot be tracked
+    """
+    start = move.cold_start()
+    if settings.view == "tracking":
+        return start
+    tracking = move.with_weights(replace(move.objective.weights, tracked=SEGMENTS))
+    return tracking.solved(tracking.body, start, settings.iterations)
+
+
+def nominal_body(model: ParticipantModel, nodes: int) -> Body:
+    """The body without effects."""
+    record, count = model.record, len(model.muscles.names)
+    glenoid = record["constants"]["glenoid"]
+    _, equations = muscle_patterns(model.forces)
+    crossing = np.stack([equations[JOINT_ROWS[joint]].any(axis=0) for joint in JOINTS], axis=1)
+    return Body(
+        muscles=model.muscles,
+        parameters=unpack(dynamics_parameters(record, model.thorax, 0.0)),
+        glenoid_rad=np.deg2rad(
+            [glenoid["inferior_inclination_deg"], glenoid["anterior_version_deg"]]
+        ),
+        effort=np.full(count, EXCITATION_EFFORT),
+        floor=np.zeros(count),
+        cap=np.ones(count),
+        seen=np.ones(count),
+        groups=np.array([muscle["group"] for muscle in record["muscles"]]),
+        crossing=crossing,
+        tendon_load=np.zeros((nodes - 1, count)),
+        gh_elevation_rad=np.zeros(nodes - 1),
+        gh_lift=np.zeros((nodes - 1, 3)),
+        external_Nm=np.zeros((nodes - 1, SPEEDS)),
+    )
+
+
+def _on_soft_ribs(body: Body) -> Body:
+    """A body whose scapula glides on muscles."""
+    width = CONTACT_WIDTH * np.asarray(body.parameters["contact_eps"])
+    return replace(body, parameters={**body.parameters, "contact_eps": width})
+
+
+def with_state(move: Movement, point: Start) -> Movement:
+    """The movement whose nominal body knows its muscles' tension and its posture in a solution.
+
+    Effects alone turn these into forces, so the nominal problem is the same.
+    """
+    x = move.trajectory(point)
+    q, u, a = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a))
+    muscles = move.body.muscles
+    force = force_derivatives(*move.forces.lengths(q, u), muscles)
+    load = (force.active * a + force.passive) / muscles.max_isometric_force
+    elevation, lift = gh_elevation(q)
+    body = replace(move.body, tendon_load=load, gh_elevation_rad=elevation, gh_lift=lift)
+    return move.with_nominal_body(body)
+
+
+def gh_elevation(pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Elevation (N,) [rad] of the humerus from the scapula's y axis at poses (N, 13).
+
+    Returns
+    -------
+    elevation : between the y axes of both
+    lift : (N, 3) unit axis about which it grows, in axes of the humerus; zero where they coincide
+    """
+    matrix = quaternion_to_matrix(pose[:, GH_QUATERNION])
+    # Rows of the matrix are axes of the scapula, seen from the humerus.
+    vertical = matrix[:, 1]
+    elevation = np.arccos(np.clip(vertical[:, 1], -1.0, 1.0))
+    axis = np.cross(vertical, [0.0, 1.0, 0.0])
+    return elevation, axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-6)

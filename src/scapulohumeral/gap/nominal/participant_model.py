@@ -1,0 +1,269 @@
+"""The nominal model of a case: scaled, its muscles fitted over the recorded poses, its thorax.
+
+The functions of the study make it, from the case instead of from ``config/participants``. Models
+are kept in a cache under the hash of all they are made from, so that repeating a diagnosis does
+not rebuild them.
+
+Muscle lengths are fitted over the poses of all trials. Thorax and fibre lengths follow from the
+reference trials alone, if there are any, so that an effect in the test trials does not move into
+the model.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from scapulohumeral import provenance
+from scapulohumeral.dynamics import compiled
+from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.dynamics.muscle_forces import MuscleForces
+from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.errors import ConfigError, ModelError, SolveError
+from scapulohumeral.gap.recording.case import Case, GapParticipant, GapTrial
+from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
+from scapulohumeral.model.muscle_paths.fit import FitSettings
+from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
+from scapulohumeral.model.tables import read_tables
+from scapulohumeral.stages.geometry import fit_muscle_geometry
+from scapulohumeral.stages.thorax import fit_thorax
+
+# Like all files of the study these lie in its folder, wherever the configuration file does.
+MODEL_TABLES = provenance.CONFIG_FOLDER / "model"
+FORMULATION = "quaternion"
+OPENSIM_STAGE = "scapulohumeral.gap.nominal.opensim_process"
+# Name of the participant in its cached model: the real one must not influence anything.
+CASE = "case"
+REFUSED = 2
+# Every trial contributes as many poses, whatever its rate and length.
+PHASE_POINTS = 101
+
+
+@dataclass(frozen=True)
+class ModelSettings:
+    """Folder of the model tables, and how muscle geometry is fitted: keys of ``geometry``."""
+
+    tables: Path
+    geometry: Mapping[str, Any]
+
+    @staticmethod
+    def of(config: Mapping[str, Any]) -> ModelSettings:
+        """Those of a configuration, whose section `gap` fits fewer poses."""
+        return ModelSettings(MODEL_TABLES, {**config["geometry"], **config["gap"]["geometry"]})
+
+
+@dataclass(frozen=True, eq=False)
+class ParticipantModel:
+    """What the solves of a case need.
+
+    Attributes
+    ----------
+    record : model record, "model/1"
+    thorax : fitted ellipsoid, "thorax/1"
+    forces : equations of motion and muscle geometry, in quaternions
+    muscles : generic muscle parameters, in the order of the record
+    hash : SHA-256 of all that the model is made from
+    folder, equations : where its files and the equations are kept
+    """
+
+    record: Mapping[str, Any]
+    thorax: Mapping[str, Any]
+    forces: MuscleForces
+    muscles: MuscleParameters
+    hash: str
+    folder: Path
+    equations: Path
+
+
+def participant_model(case: Case, settings: ModelSettings, cache: Path) -> ParticipantModel:
+    """The nominal model of a case, from the cache or built (a minute).
+
+    Parameters
+    ----------
+    case : Case
+    settings : ModelSettings
+    cache : folder of models and equations; made if missing
+
+    Raises
+    ------
+    ConfigError                      unknown muscle groups, or a model that cannot be scaled
+    ModelError                       opensim refuses the model
+    SolveError                       the process of opensim crashed
+    """
+    check_groups(case.participant, settings.tables)
+    inputs = _inputs(case, settings)
+    key = _key(inputs, settings)
+    folder = _cached(cache / key, lambda target: _build(target, case, inputs, settings))
+    equations = cached_equations(cache)
+    record, thorax = (
+        json.loads((folder / name).read_text(encoding="utf-8"))
+        for name in ("model.json", "thorax.json")
+    )
+    geometry = load_geometry(folder / "geometry.npz")
+    return ParticipantModel(
+        record=record,
+        thorax=thorax,
+        forces=MuscleForces(compiled.load(equations), geometry),
+        muscles=muscle_parameters(record),
+        hash=key,
+        folder=folder,
+        equations=equations,
+    )
+
+
+def check_groups(participant: GapParticipant, tables: Path) -> None:
+    """Refuse EMG channels of muscle groups that the model does not simulate.
+
+    Raises
+    ------
+    ConfigError                      names channel, group, and the groups there are
+    """
+    model = read_tables(tables)
+    groups = {model.muscles[name].group for name in model.active_muscles}
+    for channel, names in participant.emg_channels.items():
+        for name in sorted(set(names) - groups):
+            raise ConfigError(
+                f"participant {participant.id}, emg.channels.{channel}: no muscle group '{name}'; "
+                f"expected one of {', '.join(sorted(groups))}."
+            )
+
+
+def cached_equations(cache: Path) -> Path:
+    """Folder of the equations of motion in quaternions; built once per version of their code."""
+    key = provenance.code_hash("scapulohumeral.dynamics.compiled")
+    versions = provenance.environment_versions()
+    name = f"equations_{key[:16]}_{versions['casadi']}_{versions['sympy']}"
+    return _cached(cache / name, lambda target: compiled.build(FORMULATION).save(target))
+
+
+def _cached(folder: Path, build: Callable[[Path], None]) -> Path:
+    """A complete folder: built beside its place, so that it appears at once or not at all."""
+    if not folder.is_dir():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = Path(tempfile.mkdtemp(prefix="unfinished_", dir=folder.parent))
+        try:
+            build(unfinished)
+            unfinished.replace(folder)
+        except OSError:
+            if not folder.is_dir():  # else another process was faster
+                raise
+        finally:
+            shutil.rmtree(unfinished, ignore_errors=True)
+    return folder
+
+
+def _inputs(case: Case, settings: ModelSettings) -> dict[str, Any]:
+    """All files that a model is made from, as name -> content."""
+    model = case.participant.model
+    motions = {
+        f"{kind}{i}": _table(trial)
+        for kind, trials in (("test", case.test), ("reference", case.reference))
+        for i, trial in enumerate(trials)
+    }
+    document = {
+        "schema": "participant/1",
+        "id": CASE,
+        "side": case.participant.side,
+        "sex": model.sex,
+        "height_m": model.height_m,
+        "body_mass_kg": model.body_mass_kg,
+        "gravity_in_thorax_mps2": list(case.participant.gravity_mps2),
+        "scale": {segment: list(factors) for segment, factors in model.scale.items()},
+        "mass": {"published_total_kg": model.total_mass_kg, "preserve_mass_distribution": True},
+        "trials": {
+            name: {"file": f"{name}.csv", "hand_load_kg": 0.0, "published": None}
+            for name in motions
+        },
+    }
+    chosen = {
+        "tables": str(settings.tables.resolve()),
+        "masses": model.masses,
+        "segment_mass_kg": dict(model.segment_mass_kg),
+        "shaping_trials": _shaping_trials(case),
+        "geometry": dict(settings.geometry),
+    }
+    return {
+        "settings.json": json.dumps(chosen, sort_keys=True),
+        f"{CASE}/participant.yaml": yaml.safe_dump(document),
+        **{f"{CASE}/{name}.csv": text for name, text in motions.items()},
+    }
+
+
+def _shaping_trials(case: Case) -> list[str]:
+    """Names of the trials that thorax and fibre lengths follow from."""
+    kind, trials = ("reference", case.reference) if case.reference else ("test", case.test)
+    return [f"{kind}{i}" for i in range(len(trials))]
+
+
+def _table(trial: GapTrial) -> str:
+    """The movement of a trial at equal steps of phase, as a table of the study."""
+    times = np.linspace(*trial.window_s, PHASE_POINTS)
+    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    table = pd.DataFrame(np.rad2deg(angles), columns=list(ANGLE_COLUMNS))
+    table.insert(0, TIME_COLUMN, times)
+    return table.to_csv(index=False, float_format="%.10g", lineterminator="\n")
+
+
+def _key(inputs: Mapping[str, str], settings: ModelSettings) -> str:
+    digest = hashlib.sha256()
+    for module in (OPENSIM_STAGE, "scapulohumeral.stages.geometry", "scapulohumeral.stages.thorax"):
+        digest.update(provenance.code_hash(module).encode())
+    digest.update(provenance.input_hash(settings.tables.iterdir()).encode())
+    for name, text in sorted(inputs.items()):
+        # The folder of the tables differs between checkouts; their content is hashed above.
+        text = text.replace(str(settings.tables.resolve()), "")
+        digest.update(f"{name}:{len(text)}:{text}".encode())
+    return digest.hexdigest()
+
+
+def _build(folder: Path, case: Case, inputs: Mapping[str, str], settings: ModelSettings) -> None:
+    (folder / CASE).mkdir()
+    for name, text in inputs.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    _run_opensim(folder)
+    geometry = settings.geometry
+    fit = fit_muscle_geometry(
+        folder / "samples.npz",
+        folder / "model.json",
+        FORMULATION,
+        FitSettings(
+            length_target_m=geometry["length_target_m"],
+            arm_target_m=geometry["arm_target_m"],
+            rmse_change=geometry["rmse_change_stop"],
+        ),
+    )
+    save_geometry(fit.geometry, folder / "geometry.npz")
+    recordings = [folder / CASE / f"{name}.csv" for name in _shaping_trials(case)]
+    fit_thorax(folder / "model.json", recordings, folder / "thorax.json")
+    # Thirty megabytes that only the fit needed.
+    (folder / "samples.npz").unlink()
+
+
+def _run_opensim(folder: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", OPENSIM_STAGE, str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    message = done.stderr.strip().rpartition("\n")[2]
+    if done.returncode == REFUSED:
+        raise ModelError(message)
+    if done.returncode != 0:
+        raise SolveError(
+            f"{OPENSIM_STAGE} ended with {done.returncode}: {message or 'no message'}. Run "
+            "`python -c 'import opensim'` to see whether opensim works here."
+        )

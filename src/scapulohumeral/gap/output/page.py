@@ -1,0 +1,198 @@
+"""The page of a diagnosis: one offline HTML file, verdict first, every number from `Diagnosis`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from scapulohumeral.gap.output.figures import WORDS, figures
+from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+
+TEMPLATE = "page.html.j2"
+# What each kind of missing data costs, said at the top of the page.
+COSTS = {
+    "reference": "No reference trials of the same person: errors of the model itself cannot be "
+    "told from effects as well, nor how this person drives muscles without an effect. Lower "
+    "confidence.",
+    "emg": "No EMG: effects on muscles show only as far as they change the movement, effects on "
+    "EMG cannot be tested, and the model's least effort stands for the person's own. Most causes "
+    "are then told apart only as classes.",
+}
+
+# What was found most probable of person and sessions, by the names of the table "errors".
+ASSUMED = {
+    "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
+    "session_share": "two sessions differ by {} of the configured spread",
+    "signature_error": "changes that the model predicts are off by {} of their size",
+}
+
+
+def render_report(diagnosis: Diagnosis, command: str) -> str:
+    """HTML text of the page; it needs nothing but itself to be read.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    command : the command that made it, printed under Downloads
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("scapulohumeral.gap.output", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": number, "interval": interval, "percent": percent}
+    environment.filters["yes_or_no"] = yes_or_no
+    return environment.get_template(TEMPLATE).render(
+        d=diagnosis,
+        verdict=verdict(diagnosis),
+        badges=badges(diagnosis),
+        costs=list(missing_data(diagnosis)),
+        assumed=assumed(diagnosis),
+        pictures=figures(diagnosis),
+        words=WORDS,
+        command=command,
+        curves=sorted(diagnosis.curves),
+    )
+
+
+def write_report(diagnosis: Diagnosis, command: str, out: Path) -> None:
+    """Write ``report.html`` into a folder."""
+    text = render_report(diagnosis, command)
+    (out / "report.html").write_text(text, encoding="utf-8")
+
+
+def verdict(diagnosis: Diagnosis) -> dict[str, str]:
+    """One sentence per question: gap, where, cause, how far."""
+    if diagnosis.gap is None:
+        return {"Gap": f"no verdict: {diagnosis.status_reason}"}
+    gap = diagnosis.gap
+    size = f"{number(gap.value)} against a threshold of {number(gap.threshold)} ({gap.statistic})"
+    sentences = {"Gap": f"{'yes' if gap.present else 'no, none above the floor'}; {size}."}
+    if gap.present:
+        sentences["Where"] = where(diagnosis)
+        sentences["Cause"] = cause(diagnosis)
+        sentences["How far"] = how_far(diagnosis)
+    return sentences
+
+
+def where(diagnosis: Diagnosis) -> str:
+    """The largest region of each map in words."""
+    parts = []
+    if diagnosis.regions.enters:
+        region = max(diagnosis.regions.enters, key=lambda r: r.share)
+        parts.append(f"enters at {region.name}, {phase(region.phase_percent)}")
+    if diagnosis.regions.shows:
+        shown = max(diagnosis.regions.shows, key=lambda r: r.share)
+        parts.append(f"shows most in {shown.channel}, {phase(shown.phase_percent)}")
+    return "; ".join(parts) + "." if parts else "no region stands out."
+
+
+def cause(diagnosis: Diagnosis) -> str:
+    """The most probable cause with its amplitude, and what it cannot be told from."""
+    if diagnosis.status == "abstained":
+        return f"not decided: {diagnosis.status_reason}"
+    best = diagnosis.candidates[0] if diagnosis.candidates else None
+    if best is None or (diagnosis.none_p or 0.0) > best.p:
+        return f"none of the known effects (p {number(diagnosis.none_p)})."
+    text = f"{described(best)}, p {number(best.p)}."
+    for entry in diagnosis.classes:
+        if entry.id == best.class_id and len(entry.labels) > 1:
+            others = [label for label in entry.labels if label != best.label]
+            text += f" Not told apart from {', '.join(others)}; together p {number(entry.p)}."
+    return text
+
+
+def described(candidate: Candidate) -> str:
+    """Label and amplitudes, for example ``body/hand_load: mass_kg 1.2 kg [0.9, 1.5]``."""
+    amplitudes = ", ".join(map(amplitude, candidate.parameters))
+    return f"{candidate.label}: {amplitudes}" if amplitudes else candidate.label
+
+
+def amplitude(value: Amplitude) -> str:
+    """Name, value, unit and interval of a fitted parameter."""
+    unit = "" if value.unit == "1" else f" {value.unit}"
+    bound = ", on its bound" if value.at_bound else ""
+    return f"{value.name} {number(value.value)}{unit} {interval(value.ci95)}{bound}"
+
+
+def assumed(diagnosis: Diagnosis) -> list[str]:
+    """What was found most probable of the person and the sessions, on which causes are compared."""
+    if "errors" not in diagnosis.curves:
+        return []
+    table = diagnosis.curves["errors"]
+    found = zip(table["error"], table["value"], strict=True)
+    return [ASSUMED[name].format(number(value)) for name, value in found]
+
+
+def how_far(diagnosis: Diagnosis) -> str:
+    """The hardest shrinkage that could be measured."""
+    shrinkage = diagnosis.shrinkage
+    if shrinkage is None:
+        return "not measured."
+    hardest = (
+        (shrinkage.new_task, "on a movement not used for fitting"),
+        (shrinkage.held_out_trial, "on trials not used for fitting"),
+        (shrinkage.in_sample, "on the trials fitted to; nothing was left to check it"),
+    )
+    for share, words in hardest:
+        if share is not None:
+            ends = interval(tuple(100.0 * end for end in share.ci95) if share.ci95 else None)
+            return (
+                f"adding it removes {percent(share.value)} {ends} of the reducible gap {words} "
+                f"({share.n_trials} trials)."
+            )
+    return "over all channels together the gap hardly exceeds the floor: nothing to remove."
+
+
+def badges(diagnosis: Diagnosis) -> list[str]:
+    """Short facts on which confidence rests."""
+    inputs, robust = diagnosis.inputs, diagnosis.robustness
+    facts = [
+        f"status: {diagnosis.status}",
+        f"reference: {'yes' if diagnosis.mode == 'reference' else 'no'}",
+        f"EMG: {'yes' if inputs.channels.emg else 'no'}",
+        f"contact force: {'yes' if inputs.channels.contact_force else 'no'}",
+        f"trials: {len(inputs.test)} test, {len(inputs.reference)} reference",
+        "probabilities hold if the cause is in the library",
+    ]
+    if robust is not None:
+        facts.append(f"stable in {robust.agree} of {robust.cells} variants")
+    return facts
+
+
+def missing_data(diagnosis: Diagnosis) -> Iterator[str]:
+    """What the lack of reference trials or EMG costs."""
+    if diagnosis.mode != "reference":
+        yield COSTS["reference"]
+    if not diagnosis.inputs.channels.emg:
+        yield COSTS["emg"]
+
+
+def number(value: float | None) -> str:
+    """Three significant digits, or a dash."""
+    return "–" if value is None else f"{value:.3g}"
+
+
+def yes_or_no(value: bool | None) -> str:
+    """A truth value in words, or that it is not known."""
+    return "not known" if value is None else "yes" if value else "no"
+
+
+def percent(value: float) -> str:
+    """A share as whole percent."""
+    return f"{100.0 * value:.0f} %"
+
+
+def interval(ends: Interval | Sequence[Any]) -> str:
+    """A 95 % interval in brackets, or the remark that there is none."""
+    return f"[{number(ends[0])}, {number(ends[1])}]" if ends else "[no interval]"
+
+
+def phase(ends: tuple[float, float]) -> str:
+    """A phase interval in words."""
+    return f"{ends[0]:.0f} to {ends[1]:.0f} % of the movement"

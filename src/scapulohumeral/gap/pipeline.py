@@ -1,0 +1,93 @@
+"""The inference of a diagnosis: is there a gap, where, which effect, how far does it shrink.
+
+Reference mode explains the difference between test and reference trials of the same task, in which
+errors of the model cancel to first order. Without reference trials the difference between record
+and prediction is explained, with the spread of the model's own error as noise.
+
+Letters: T tasks, N nodes, K channels, D coefficients.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scapulohumeral.gap.answer import Findings, answer
+from scapulohumeral.gap.assembly import assemble
+from scapulohumeral.gap.curve_files import (
+    BaselinesRow,
+    table_of,
+)
+from scapulohumeral.gap.detection import null_bank as null_bank
+from scapulohumeral.gap.detection.presence import difference_map, presence
+from scapulohumeral.gap.isolation.baselines import baseline_labels
+from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.isolation.search import fit_all
+from scapulohumeral.gap.judgement import judge
+from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.residual.differences import read_records
+from scapulohumeral.gap.result import (
+    Diagnosis,
+)
+from scapulohumeral.gap.settings import GapSettings
+
+log = logging.getLogger(__name__)
+
+# Effect-free plants wish for recorded scapulae: a bank of predictions from them would hold the very
+# gap between recorded and predicted ones that is to be diagnosed.
+NO_BANK_OF_PREDICTIONS = (
+    "compared with scapula and clavicle predicted from the humerus: the null bank holds tracked "
+    "movements only, so thresholds come from the noise alone"
+)
+
+
+def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
+    """Diagnose a case.
+
+    Parameters
+    ----------
+    case : trials; model : nominal model of the participant
+    settings : see `settings.read_settings`
+
+    Raises
+    ------
+    SolveError                       a nominal movement cannot be solved
+    """
+    warnings: list[str] = []
+    if case.participant.emg_channels and not case.channels:
+        warnings.append("EMG is left out: no channel of the participant is in every trial")
+    records = read_records(case, model, settings, warnings)
+    mode = "reference" if records.reference else "no_reference"
+    bank, reason = None, NO_BANK_OF_PREDICTIONS
+    if settings.view == "tracking":
+        bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
+    kind = mode, bool(case.channels), case.has_contact
+    inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
+    warnings += [*filter(None, [reason]), remark]
+    settings = _for_emg_unit(settings, case, warnings)
+    evidence = assemble(case, records, model, settings, warnings)
+    found = difference_map(evidence.residual, settings.alpha / 2.0, inflation, case.seed)
+    slopes = [f.hypothesis.slope for f in evidence.screened]
+    is_there = presence(evidence.residual, found, slopes, settings.alpha, inflation, case.seed)
+    log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
+    fits: Sequence[Fit] = evidence.screened
+    if is_there.present:
+        fits = fit_all(evidence, model, case.threads, warnings)
+    judged = judge(evidence, fits, is_there.present, inflation)
+    told = answer(Findings(case, records, evidence, is_there, found, judged), warnings)
+    rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
+    return replace(
+        told,
+        hashes={"null_bank": None if bank is None else bank.hash},
+        curves={**told.curves, "baselines": table_of(BaselinesRow, rows)},
+    )
+
+
+def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:
+    """Settings that know less about EMG gains if each recording has a maximum of its own."""
+    if not case.channels or case.participant.emg_is_of_mvc:
+        return settings
+    warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
+    return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))

@@ -1,0 +1,1 @@
+"""What was measured: trials, participants, and what is compared of them."""

@@ -1,0 +1,170 @@
+"""What is compared: joint rotations, EMG and joint force at equal steps of phase.
+
+Kinematic channels are rotation vectors Log(R R_anchor^T) in proximal frames [deg], never
+differences of Euler angles: the outer glenohumeral angles are undefined when the arm hangs.
+
+Letters: T recorded frames, N nodes of phase, C EMG channels, K channels, M muscle elements,
+B phase functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import dct
+from scipy.integrate import cumulative_trapezoid
+from scipy.spatial.transform import Rotation
+
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.recording.case import GapTrial
+from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    Array,
+    quaternion_conjugate,
+    quaternion_multiply,
+    trial_to_pose,
+)
+from scapulohumeral.ocp.objective import Trajectory
+
+KINEMATIC_CHANNELS = (
+    *(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"),
+    "EL_rx",
+)
+
+
+CONTACT_CHANNELS = ("GHF_x", "GHF_y", "GHF_z")
+
+
+JOINT_QUATERNIONS = (slice(0, 4), slice(4, 8), slice(8, 12))
+
+
+def channel_names(emg: Sequence[str], contact: bool) -> tuple[str, ...]:
+    """Names of the K channels in their order."""
+    return (*KINEMATIC_CHANNELS, *emg, *(CONTACT_CHANNELS if contact else ()))
+
+
+def channel_kind(channel: str) -> str:
+    """Kind of observable: "kinematics", "emg" or "contact_force"."""
+    if channel in KINEMATIC_CHANNELS:
+        return "kinematics"
+    return "contact_force" if channel in CONTACT_CHANNELS else "emg"
+
+
+def channel_unit(channel: str) -> str:
+    """Unit in which a channel is compared."""
+    units = {"kinematics": "deg", "emg": "fraction_of_mvc", "contact_force": "N"}
+    return units[channel_kind(channel)]
+
+
+def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: int) -> Observation:
+    """A recorded trial within its movement.
+
+    EMG and force are averaged over the phase that a node stands for, whatever their rate.
+    """
+    start, end = trial.window_s
+    times = np.linspace(start, end, nodes)
+    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    emg = force = None
+    if channels and trial.emg is not None:
+        columns = [trial.emg.channels.index(name) for name in channels]
+        emg = _averaged(trial.emg.time_s, trial.emg.values[:, columns], times)
+    if contact and trial.contact is not None:
+        force = _averaged(trial.contact.time_s, trial.contact.force_N, times)
+    return Observation(end - start, trial_to_pose(angles), channels, emg, force)
+
+
+def _averaged(time_s: Array, values: Array, times: Array) -> Array:
+    """Means of curves (T, C) over one step about each of the times (N,), (N, C)."""
+    half = 0.5 * (times[1] - times[0])
+    area = cumulative_trapezoid(values, time_s, axis=0, initial=0)
+    low, high = (np.clip(times + sign * half, time_s[0], time_s[-1]) for sign in (-1.0, 1.0))
+    curves = [
+        (np.interp(high, time_s, column) - np.interp(low, time_s, column)) / (high - low)
+        for column in area.T
+    ]
+    return np.stack(curves, axis=1)
+
+
+def predicted(
+    x: Trajectory, duration_s: float, channels: tuple[str, ...], electrodes: Array, contact: bool
+) -> Observation:
+    """What would be recorded of a solution; electrodes (C, M) average excitations."""
+    emg = x.e @ electrodes.T if channels else None
+    # The unknown reaction is the force of the glenoid on the humerus.
+    force = -x.reaction if contact else None
+    return Observation(duration_s, x.q, channels, emg, force)
+
+
+def electrode_matrix(emg_groups: Sequence[Sequence[str]], groups: np.ndarray) -> Array:
+    """Means over the elements of each channel's muscle groups, (C, M), of groups (M,)."""
+    members = np.array([np.isin(groups, list(names)) for names in emg_groups], dtype=float)
+    members = members.reshape(len(emg_groups), len(groups))
+    return members / np.maximum(members.sum(axis=1, keepdims=True), 1.0)
+
+
+def mean_pose(poses: Sequence[Array], weights: Sequence[float]) -> Array:
+    """Weighted mean (N, 13) of near poses; weights add up to one.
+
+    Rotations by the mean quaternion, whatever the signs (Markley et al. 2007, small spread).
+    """
+    stacked = np.stack(poses)
+    for part in JOINT_QUATERNIONS:
+        agreement = np.sum(stacked[..., part] * stacked[0][:, part], axis=-1, keepdims=True)
+        stacked[..., part] *= np.where(agreement < 0.0, -1.0, 1.0)
+    pose = np.tensordot(weights, stacked, 1)
+    for part in JOINT_QUATERNIONS:
+        pose[:, part] /= np.linalg.norm(pose[:, part], axis=1, keepdims=True)
+    return pose
+
+
+def mean(observed: Sequence[Observation]) -> Observation:
+    """Mean of repeats."""
+    pose = mean_pose([one.pose for one in observed], [1.0 / len(observed)] * len(observed))
+    emg = [one.emg for one in observed if one.emg is not None]
+    force = [one.contact_N for one in observed if one.contact_N is not None]
+    return Observation(
+        float(np.mean([one.duration_s for one in observed])),
+        pose,
+        observed[0].channels,
+        np.mean(emg, axis=0) if emg else None,
+        np.mean(force, axis=0) if force else None,
+    )
+
+
+def difference(observed: Observation, anchor: Observation) -> Array:
+    """Channels (N, K) of a record relative to another: deg, fraction of MVC, N."""
+    parts = []
+    for part in JOINT_QUATERNIONS:
+        turn = quaternion_multiply(
+            observed.pose[:, part], quaternion_conjugate(anchor.pose[:, part])
+        )
+        parts.append(np.rad2deg(Rotation.from_quat(turn, scalar_first=True).as_rotvec()))
+    parts.append(np.rad2deg(observed.pose[:, 12:] - anchor.pose[:, 12:]))
+    if observed.emg is not None and anchor.emg is not None:
+        parts.append(observed.emg - anchor.emg)
+    if observed.contact_N is not None and anchor.contact_N is not None:
+        parts.append(observed.contact_N - anchor.contact_N)
+    return np.hstack(parts)
+
+
+def phase_functions(nodes: int, count: int) -> Array:
+    """Orthonormal smooth functions of phase (N, B): the first cosines."""
+    return dct(np.eye(nodes), norm="ortho", axis=0)[:count].T
+
+
+@dataclass(frozen=True, eq=False)
+class SensorSetup:
+    """What is recorded of solutions.
+
+    Attributes
+    ----------
+    channels : EMG channels; electrodes : (C, M) elements that they average
+    contact : whether the joint force is recorded
+    """
+
+    channels: tuple[str, ...]
+    electrodes: Array
+    contact: bool

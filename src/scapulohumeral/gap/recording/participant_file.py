@@ -1,0 +1,183 @@
+"""Whose trials a diagnosis is about, read from a participant file.
+
+Two kinds of file are read: the short one of a diagnosis (`DIAGNOSIS_SCHEMA`: a scaled model by file
+or by body size, EMG set-up, trial windows) and this study's own ``config/participants/*``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import best_match
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
+from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
+from scapulohumeral.gap.recording.trials import TrialEntry
+from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA, SCALED_SEGMENTS
+
+FILE_NAME = "participant.yaml"
+# Stature of an adult whose upper arm is as long as the humerus of the base model, 0.2908 m from
+# head to elbow: upper arms are 0.1618 (281.7 of 1741 mm, men) and 0.1586 (275.1 of 1735 mm, women)
+# of stature (de Leva 1996, tables 1 and 4); mean of both.
+BASE_HEIGHT_M = 1.815
+
+
+@dataclass(frozen=True)
+class ParticipantFile:
+    """A participant, what the file says of its trials by stem, and the file."""
+
+    participant: GapParticipant
+    trials: Mapping[str, TrialEntry]
+    path: Path
+
+
+def find_participant(tests: Sequence[Path]) -> Path:
+    """``participant.yaml`` beside the test files, else one folder above.
+
+    Raises
+    ------
+    ConfigError                      there is none, or test files have different ones
+    """
+    found = {_beside(path.resolve().parent) for path in tests}
+    if len(found) > 1:
+        raise ConfigError(
+            f"test files have different participants: {', '.join(sorted(map(str, found)))}; "
+            "expected one. Name it with --participant."
+        )
+    [path] = found
+    if path is None:
+        raise ConfigError(
+            f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
+        )
+    return path
+
+
+def _beside(folder: Path) -> Path | None:
+    candidates = (folder / FILE_NAME, folder.parent / FILE_NAME)
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def read_participant_file(path: Path, masses: str) -> ParticipantFile:
+    """Read a participant file of either kind.
+
+    Parameters
+    ----------
+    path : Path
+    masses : "published" or "anthropometric": of a participant of the study, whose file leaves the
+        choice to the configuration
+
+    Raises
+    ------
+    ConfigError                      names file, key, and what was expected
+    """
+    document = _read_yaml(path)
+    if "scale" in document:
+        _check(path, document, PARTICIPANT_SCHEMA)
+        return ParticipantFile(_study_participant(document, masses), {}, path)
+    _check(path, document, DIAGNOSIS_SCHEMA)
+    emg = document.get("emg", {"channels": {}, "unit": "fraction_of_mvc"})
+    channels = {name: tuple(groups) for name, groups in emg["channels"].items()}
+    neighbours = tuple(tuple(pair) for pair in emg.get("neighbours", ()))
+    for name in {name for pair in neighbours for name in pair} - channels.keys():
+        raise ConfigError(
+            f"{path}, emg.neighbours: '{name}'; expected one of {', '.join(channels)}."
+        )
+    participant = GapParticipant(
+        id=document["id"],
+        side=document["side"],
+        model=_model(path, document["model"]),
+        gravity_mps2=tuple(map(float, document["gravity_in_thorax_mps2"])),
+        emg_channels=channels,
+        emg_unit=emg["unit"],
+        neighbours=neighbours,
+    )
+    entries = {stem: _entry(path, stem, e) for stem, e in document.get("trials", {}).items()}
+    return ParticipantFile(participant, entries, path)
+
+
+def _study_participant(document: Mapping[str, Any], masses: Any) -> GapParticipant:
+    model = ScaledModel(
+        scale={segment: tuple(map(float, f)) for segment, f in document["scale"].items()},
+        total_mass_kg=float(document["mass"]["published_total_kg"]),
+        segment_mass_kg={},
+        masses=masses,
+        body_mass_kg=document["body_mass_kg"],
+        height_m=document["height_m"],
+        sex=document["sex"],
+    )
+    gravity = tuple(map(float, document["gravity_in_thorax_mps2"]))
+    return GapParticipant(document["id"], document["side"], model, gravity, {}, "", ())
+
+
+def _model(path: Path, entry: Mapping[str, Any]) -> ScaledModel:
+    if "file" in entry:
+        return read_scaled_model(path.parent / entry["file"])
+    factor = entry["height_m"] / BASE_HEIGHT_M
+    return ScaledModel(
+        scale=dict.fromkeys(SCALED_SEGMENTS, (factor,) * 3),
+        total_mass_kg=float(entry["body_mass_kg"]),
+        segment_mass_kg={},
+        masses="anthropometric",
+        body_mass_kg=float(entry["body_mass_kg"]),
+        height_m=float(entry["height_m"]),
+        sex=entry.get("sex"),
+    )
+
+
+def read_scaled_model(path: Path) -> ScaledModel:
+    """Scale factors and masses from a table of scaled segments, ``scaled_*.yaml``.
+
+    Raises
+    ------
+    ConfigError                      names file, key, and what was expected
+    """
+    document = _read_yaml(path)
+    _check(path, document, SCALED_FILE_SCHEMA)
+    masses = {body["name"]: float(body["mass_kg"]) for body in document["bodies"]}
+    names = {segment.removesuffix("_r"): segment for segment in SCALED_SEGMENTS}
+    scale = {
+        names.get(entry["segment"], entry["segment"]): tuple(map(float, entry["scale_xyz"]))
+        for entry in document["segment_scale"]
+    }
+    for key, known in (("bodies", masses), ("segment_scale", scale)):
+        missing = [segment for segment in SCALED_SEGMENTS if segment not in known]
+        if missing:
+            raise ConfigError(f"{path}, {key}: no {', '.join(missing)}; add the missing segments.")
+    return ScaledModel(
+        scale={segment: scale[segment] for segment in SCALED_SEGMENTS},
+        total_mass_kg=sum(masses[segment] for segment in SCALED_SEGMENTS),
+        segment_mass_kg={segment: masses[segment] for segment in SCALED_SEGMENTS},
+        masses="published",
+    )
+
+
+def _entry(path: Path, stem: str, entry: Mapping[str, Any]) -> TrialEntry:
+    window = entry.get("window_s")
+    if window is not None and window[0] >= window[1]:
+        raise ConfigError(f"{path}, trials.{stem}.window_s: {window}; expected start before end.")
+    bounds = window and (float(window[0]), float(window[1]))
+    return TrialEntry(entry.get("task"), entry.get("repeat"), bounds)
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError) as error:
+        raise ConfigError(f"{path}: {error}. Check the name, and the line named.") from error
+    if not isinstance(document, dict):
+        raise ConfigError(f"{path}: no keys; expected 'schema: participant/1' and others.")
+    return document
+
+
+def _check(path: Path, document: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
+    fault = best_match(Draft202012Validator(schema).iter_errors(document))
+    if fault is not None:
+        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
+        hint = fault.schema.get("description", "see the README, section on diagnosis")
+        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")

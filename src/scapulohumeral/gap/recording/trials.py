@@ -1,0 +1,280 @@
+"""Recorded trials for a diagnosis, read from CSV or .mot files with optional companions.
+
+``STEM.csv`` (degrees) or ``STEM.mot`` (unit by its header) has the time and the ten joint angles;
+EMG and contact force are further columns of it or companions ``STEM_emg.csv``, ``STEM_force.csv``
+at their own rate, on the same clock. Nothing is resampled or filtered here: any sampling rate.
+
+Letters: T frames, S samples of a companion.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
+from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
+from scapulohumeral.gap.recording.movement_window import movement_window
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+
+# This project's own tables carry the unit in the name.
+COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
+FORCE_COLUMNS = ("GHF_x", "GHF_y", "GHF_z")
+EMG_COLUMN = re.compile(r"EMG_[^/+ >]+")
+SUFFIXES = (".csv", ".mot")
+FEWEST_FRAMES = 10
+SHORTEST_S = 0.2
+# Envelopes as shares of the maximum stay within a few units, also with a wrong gain; as percent,
+# or in microvolt, they do not.
+LARGEST_EMG = 10.0
+# Ends of a companion may miss the movement by this, about one frame of video.
+CLOCK_TOLERANCE_S = 0.05
+# Turns that an angle may have. The outer angles of the humerus are undefined while the arm hangs,
+# and software that makes them continuous may wind them up by a turn with every elevation.
+MOST_TURNS = np.where(np.isin(ANGLE_NAMES, ("GH_y", "GH_yy")), 20.0, 2.0)
+
+
+@dataclass(frozen=True)
+class TrialEntry:
+    """What a participant file says of a trial; None: from the name of the file, or the motion."""
+
+    task: str | None = None
+    repeat: int | None = None
+    window_s: tuple[float, float] | None = None
+
+
+def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """The trials among files: companions of another trial are left out.
+
+    Returns
+    -------
+    paths : trials, each file once
+    notes : one sentence per companion left out
+    """
+    trials, notes = [], []
+    for path in dict.fromkeys(paths):
+        if (owner := _companion_of(path)) is not None:
+            notes.append(f"{path}: read with {owner.name}, not as a trial of its own")
+        else:
+            trials.append(path)
+    return trials, notes
+
+
+def read_trials(
+    paths: Sequence[Path], entries: Mapping[str, TrialEntry]
+) -> tuple[list[GapTrial], list[str]]:
+    """Read trials with their companions.
+
+    Parameters
+    ----------
+    paths : files, as from `trial_files`
+    entries : stem of a file -> what the participant file says of it
+
+    Returns
+    -------
+    trials : in the order of `paths`
+    notes : one sentence per file with columns that are not used
+
+    Raises
+    ------
+    DataError                        names file, row and column, what was expected, and the remedy
+    """
+    trials, notes = [], []
+    for path in paths:
+        trial, ignored = read_trial(path, entries.get(path.stem, TrialEntry()))
+        trials.append(trial)
+        notes += [f"{file}: columns ignored: {', '.join(names)}" for file, names in ignored.items()]
+    return trials, notes
+
+
+def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tuple[str, ...]]]:
+    """Read one trial with its companions, and the columns that are not used, by file.
+
+    Raises
+    ------
+    DataError                        see `read_trials`
+    """
+    if path.suffix not in SUFFIXES:
+        raise DataError(f"{path}: suffix '{path.suffix}'; expected {' or '.join(SUFFIXES)}.")
+    table = read_table(path).renamed({own: name for name, own in COLUMNS.items()})
+    time_s = _time(table)
+    angles = _angles_rad(table)
+    emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
+    force_table, force_columns = _series_table(table, path, "force", _force_columns)
+    window = entry.window_s or movement_window(time_s, angles)
+    _check_window(path, time_s, window)
+    task, repeat = task_and_repeat(path.stem)
+    trial = GapTrial(
+        name=path.stem,
+        task=entry.task or task,
+        repeat=entry.repeat or repeat,
+        time_s=time_s,
+        angles_rad=angles,
+        emg=_emg(emg_table, emg_columns, window),
+        contact=_contact(force_table, force_columns, window),
+        window_s=window,
+        source=path,
+    )
+    used = {"time", *ANGLE_NAMES, *emg_columns, *force_columns}
+    tables = {part.path: part for part in (table, emg_table, force_table) if part is not None}
+    ignored = {
+        file: tuple(name for name in part.columns if name not in used)
+        for file, part in tables.items()
+    }
+    return trial, {file: names for file, names in ignored.items() if names}
+
+
+def task_and_repeat(stem: str) -> tuple[str, int]:
+    """Task and repeat by the name of a file: ``frontal_r2`` is repeat 2 of ``frontal``."""
+    match = re.fullmatch(r"(?P<task>.+)_r(?P<repeat>\d+)", stem)
+    return (match["task"], int(match["repeat"])) if match else (stem, 1)
+
+
+def _companion_of(path: Path) -> Path | None:
+    """The trial whose companion a file is, or None."""
+    match = re.fullmatch(r"(?P<stem>.+)_(?:emg|force)", path.stem)
+    if match is None or path.suffix != ".csv":
+        return None
+    owners = (path.with_name(match["stem"] + suffix) for suffix in SUFFIXES)
+    return next((owner for owner in owners if owner.is_file()), None)
+
+
+def _time(table: MotionTable) -> Array:
+    time_s = table.numbers(["time"])[:, 0]
+    if len(time_s) < FEWEST_FRAMES:
+        raise DataError(
+            f"{table.path}: {len(time_s)} rows; expected {FEWEST_FRAMES} or more. "
+            "Record longer, or at a higher rate."
+        )
+    stalled = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if stalled.size:
+        i = int(stalled[0]) + 1
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {table.header('time')}: {time_s[i]} s does "
+            f"not follow {time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
+        )
+    return time_s
+
+
+def _angles_rad(table: MotionTable) -> Array:
+    angles = table.numbers(ANGLE_NAMES)
+    if not table.in_degrees:
+        beyond = np.argwhere(np.abs(angles) > 2.0 * np.pi * MOST_TURNS)
+        if beyond.size:
+            i, k = beyond[0]
+            raise DataError(
+                f"{table.path}, row {table.row(i)}, column {ANGLE_NAMES[k]}: {angles[i, k]} rad is "
+                f"beyond {MOST_TURNS[k]:.0f} turns, so these are degrees. Write inDegrees=yes into "
+                "the header."
+            )
+        return angles
+    # In degrees, one radian's turn would mean all joints within 6.3 deg of zero, scapula parallel
+    # to clavicle included, where no shoulder can be (AC_y is 33 to 69 deg).
+    largest = np.abs(angles).max()
+    if largest <= 2.0 * np.pi:
+        raise DataError(
+            f"{table.path}, columns {ANGLE_NAMES[0]} to {ANGLE_NAMES[-1]}: all angles are within "
+            f"+-{largest:.2f}, so these are radians; expected degrees. Multiply by 180/pi, or in a "
+            ".mot file write inDegrees=no."
+        )
+    beyond = np.argwhere(np.abs(angles) > 360.0 * MOST_TURNS)
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {table.header(ANGLE_NAMES[k])}: "
+            f"{angles[i, k]} deg is beyond {MOST_TURNS[k]:.0f} turns. Check the unit, or subtract "
+            "full turns."
+        )
+    return np.deg2rad(angles)
+
+
+def _emg_columns(table: MotionTable) -> tuple[str, ...]:
+    return tuple(sorted(name for name in table.columns if EMG_COLUMN.fullmatch(name)))
+
+
+def _force_columns(table: MotionTable) -> tuple[str, ...]:
+    present = tuple(name for name in FORCE_COLUMNS if name in table.columns)
+    if present and present != FORCE_COLUMNS:
+        raise DataError(
+            f"{table.path}: columns {', '.join(present)} alone; expected all of "
+            f"{', '.join(FORCE_COLUMNS)}. Add the missing components, or leave all out."
+        )
+    return present
+
+
+def _series_table(
+    table: MotionTable,
+    path: Path,
+    kind: str,
+    columns_of: Callable[[MotionTable], tuple[str, ...]],
+) -> tuple[MotionTable | None, tuple[str, ...]]:
+    """Where a companion series stands, its own file or the trial's, and its columns there."""
+    columns = columns_of(table)
+    file = path.with_name(f"{path.stem}_{kind}.csv")
+    if not file.is_file():
+        return (table, columns) if columns else (None, ())
+    companion = read_table(file).renamed({TIME_COLUMN: "time"})
+    if columns:
+        raise DataError(
+            f"{path} has the columns {', '.join(columns)} and {file.name} exists too; expected one "
+            "of them. Remove the columns or the file."
+        )
+    columns = columns_of(companion)
+    if not columns:
+        raise DataError(
+            f"{file}, row 1: found {', '.join(companion.columns)}; expected "
+            f"{'EMG_...' if kind == 'emg' else ', '.join(FORCE_COLUMNS)}. Correct the header."
+        )
+    return companion, columns
+
+
+def _emg(
+    table: MotionTable | None, columns: tuple[str, ...], window: tuple[float, float]
+) -> EmgSeries | None:
+    if table is None:
+        return None
+    time_s, values = _time(table), table.numbers(columns)
+    _check_clock(table.path, time_s, window)
+    beyond = np.argwhere(np.abs(values) > LARGEST_EMG)
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {columns[k]}: {values[i, k]}; expected a "
+            f"share of the maximum, at most {LARGEST_EMG}. Divide percent by 100; divide volts by "
+            "those of a maximal contraction."
+        )
+    return EmgSeries(time_s, columns, values)
+
+
+def _contact(
+    table: MotionTable | None, columns: tuple[str, ...], window: tuple[float, float]
+) -> ContactSeries | None:
+    if table is None:
+        return None
+    time_s = _time(table)
+    _check_clock(table.path, time_s, window)
+    return ContactSeries(time_s, table.numbers(columns))
+
+
+def _check_clock(path: Path, time_s: Array, window: tuple[float, float]) -> None:
+    if time_s[0] > window[0] + CLOCK_TOLERANCE_S or time_s[-1] < window[1] - CLOCK_TOLERANCE_S:
+        raise DataError(
+            f"{path}: {time_s[0]:.3f} to {time_s[-1]:.3f} s; expected to cover the movement, "
+            f"{window[0]:.3f} to {window[1]:.3f} s. Put both files on one clock."
+        )
+
+
+def _check_window(path: Path, time_s: Array, window: tuple[float, float]) -> None:
+    inside = np.count_nonzero((time_s >= window[0]) & (time_s <= window[1]))
+    if window[1] - window[0] < SHORTEST_S or inside < FEWEST_FRAMES:
+        raise DataError(
+            f"{path}: the movement, {window[0]:.3f} to {window[1]:.3f} s, has {inside} frames; "
+            f"expected {FEWEST_FRAMES} or more and {SHORTEST_S} s or longer. Record at a higher "
+            "rate, or give window_s in the participant file."
+        )

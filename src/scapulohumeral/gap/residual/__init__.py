@@ -1,0 +1,1 @@
+"""What is to be explained, and its covariance without any effect."""

@@ -1,0 +1,170 @@
+"""Recorded trials of the tasks that are compared, and the differences to explain.
+
+Letters: T tasks, N nodes, K channels, D coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.nominal.optimal_movement import nominal_body
+from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+from scapulohumeral.gap.recording.case import Case, GapTrial
+from scapulohumeral.gap.recording.observables import (
+    SensorSetup,
+    channel_names,
+    difference,
+    electrode_matrix,
+    mean,
+    recorded,
+)
+from scapulohumeral.gap.residual.noise import Noise, trial_noise
+from scapulohumeral.gap.residual.residual import Residual, compress
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+
+
+@dataclass(frozen=True, eq=False)
+class Records:
+    """Recorded trials of the tasks that are compared.
+
+    Attributes
+    ----------
+    test, reference : task -> trials; no reference in no-reference mode
+    anchors : task -> mean record to which changes are relative
+    sensors : what is recorded; channels : (K,) names
+    """
+
+    test: Mapping[str, Sequence[Observation]]
+    reference: Mapping[str, Sequence[Observation]]
+    anchors: Mapping[str, Observation]
+    sensors: SensorSetup
+    channels: tuple[str, ...]
+
+
+def read_records(
+    case: Case, model: ParticipantModel, settings: GapSettings, warnings: list[str]
+) -> Records:
+    """Records of the tasks that have trials on both sides, or of all without reference trials.
+
+    `warnings` gets one sentence per task that is left out.
+    """
+
+    def observed(trials: Iterable[GapTrial]) -> dict[str, list[Observation]]:
+        tasks: dict[str, list[Observation]] = {}
+        for trial in trials:
+            one = recorded(trial, case.channels, case.has_contact, settings.nodes)
+            tasks.setdefault(trial.task, []).append(one)
+        return tasks
+
+    test, reference = observed(case.test), observed(case.reference)
+    common = [task for task in test if task in reference]
+    if case.reference and not common:
+        warnings.append("no task has both test and reference trials: compared with the model alone")
+    elif case.reference and len(common) < len(test):
+        left = ", ".join(sorted(set(test) - set(common)))
+        warnings.append(f"tasks without reference trials are left out: {left}")
+    tasks = common or list(test)
+    base = reference if common else test
+    groups = nominal_body(model, settings.nodes).groups
+    electrodes = electrode_matrix(
+        [case.participant.emg_channels[name] for name in case.channels], groups
+    )
+    return Records(
+        test={task: test[task] for task in tasks},
+        reference={task: reference[task] for task in tasks} if common else {},
+        anchors={task: mean(base[task]) for task in tasks},
+        sensors=SensorSetup(case.channels, electrodes, case.has_contact),
+        channels=channel_names(case.channels, case.has_contact),
+    )
+
+
+def solved_part(
+    records: Records, found: Sequence[TaskSignatures | SolveError], warnings: list[str]
+) -> Records:
+    """Records of the tasks whose nominal movement was solved.
+
+    Raises
+    ------
+    SolveError                       none was
+    """
+    faults = {
+        task: one
+        for task, one in zip(records.anchors, found, strict=True)
+        if isinstance(one, SolveError)
+    }
+    if len(faults) == len(records.anchors):
+        raise next(iter(faults.values()))
+    warnings += [f"task {task} is left out: {error}" for task, error in faults.items()]
+    kept = [task for task in records.anchors if task not in faults]
+    return replace(
+        records,
+        test={task: records.test[task] for task in kept},
+        reference={task: records.reference[task] for task in kept if records.reference},
+        anchors={task: records.anchors[task] for task in kept},
+    )
+
+
+def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
+    """Covariance of one trial, from all that was repeated."""
+    groups = [
+        np.stack([difference(one, records.anchors[task]) for one in trials])
+        for side in (records.test, records.reference)
+        for task, trials in side.items()
+    ]
+    return trial_noise(groups, records.channels, functions, settings.noise)
+
+
+def differences(
+    records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
+) -> tuple[Residual, tuple[TrialDifference, ...]]:
+    """Mean differences and those of single trials; their covariance is that between repeats."""
+    tasks = tuple(records.anchors)
+    bases = [records.anchors[r.task] if records.reference else r.nominal for r in signatures]
+    singles = [
+        [difference(one, base) for one in records.test[task]]
+        for task, base in zip(tasks, bases, strict=True)
+    ]
+    counts = [len(records.reference.get(task, ())) for task in tasks]
+
+    def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Residual:
+        weights = [
+            1.0 / n + (1.0 / counts[i] if counts[i] else 0.0)
+            for n, i in zip(trials, index, strict=True)
+        ]
+        repeats = block_diag(*(weight * noise.covariance for weight in weights))
+        return Residual(
+            delta=compress(curves_, functions),
+            covariance=repeats,
+            noise=repeats,
+            functions=functions,
+            tasks=tuple(tasks[i] for i in index),
+            channels=records.channels,
+            degrees=noise.worth,
+        )
+
+    whole = made(
+        [np.mean(curves_, axis=0) for curves_ in singles],
+        [len(curves_) for curves_ in singles],
+        range(len(tasks)),
+    )
+    trials = tuple(
+        TrialDifference(task, made([curve], [1], range(i, i + 1)))
+        for i, task in enumerate(tasks)
+        for curve in singles[i]
+    )
+    return whole, trials
+
+
+@dataclass(frozen=True, eq=False)
+class TrialDifference:
+    """One test trial: task, difference of that task's coefficients to the reference."""
+
+    task: str
+    residual: Residual

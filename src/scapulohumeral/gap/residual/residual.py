@@ -1,0 +1,172 @@
+"""The difference to explain, as coefficients of smooth phase functions, with its covariance.
+
+Errors between trials are smooth too: the unit of evidence is the trial, never the sample.
+
+Letters: N nodes, K channels, B phase functions, T tasks, D = T K B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from scapulohumeral.gap.recording.observables import channel_kind
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """Channels of one kind in a comparison.
+
+    Attributes
+    ----------
+    name : of the kind; rows : (R,) positions of its coefficients in (D,)
+    deviations : (R,) standard deviations between repeats
+    covariance : (D, D), whitened, of independent changes of all of them by one deviation
+    shared : the same for changes that are alike in all tasks
+    """
+
+    name: str
+    rows: np.ndarray
+    deviations: np.ndarray
+    covariance: np.ndarray
+    shared: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """A difference to explain, and its covariance without any effect.
+
+    Attributes
+    ----------
+    delta : (D,) test minus reference, or recorded minus predicted
+    covariance : (D, D); noise : (D, D) the part of it that repeats determine
+    functions : (N, B) phase functions
+    tasks : (T,) names; channels : (K,) names
+    degrees : that the noise is known with
+    """
+
+    delta: np.ndarray
+    covariance: np.ndarray
+    noise: np.ndarray
+    functions: np.ndarray
+    tasks: tuple[str, ...]
+    channels: tuple[str, ...]
+    degrees: float
+
+    @cached_property
+    def _factor(self) -> np.ndarray:
+        return np.linalg.cholesky(self.covariance)
+
+    def whiten(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
+        return solve_triangular(self._factor, vectors, lower=True)
+
+    @cached_property
+    def kinds(self) -> tuple[Kind, ...]:
+        """Kinds of channels that there are."""
+        found = dict.fromkeys(channel_kind(name) for name in self.channels)
+        return tuple(self._kind(name) for name in found)
+
+    def _kind(self, name: str) -> Kind:
+        rows = self.channel_rows([c for c in self.channels if channel_kind(c) == name])
+        deviations = np.sqrt(np.diag(self.noise)[rows])
+        columns = np.zeros((len(self.delta), len(rows)))
+        columns[rows, np.arange(len(rows))] = deviations
+        white = self.whiten(columns)
+        alike = self.over_tasks(white)
+        return Kind(name, rows, deviations, white @ white.T, alike @ alike.T)
+
+    @cached_property
+    def _whitening(self) -> np.ndarray:
+        """What whitens, (D, T K, B)."""
+        whitening = self.whiten(np.eye(len(self.delta)))
+        return whitening.reshape(len(whitening), -1, self.functions.shape[1])
+
+    def white_by_channel(self, vector: np.ndarray) -> np.ndarray:
+        """Whitened columns (D, T K) of a vector's (D,) part of one channel of one task each."""
+        return np.einsum("dcb,cb->dc", self._whitening, vector.reshape(self._whitening.shape[1:]))
+
+    def white_by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
+        """Whitened columns (D, K) of a vector's (D,) part of one channel each."""
+        return self.over_tasks(self.white_by_channel(vector))
+
+    def over_tasks(self, columns: np.ndarray) -> np.ndarray:
+        """Sums of columns (D, T C) of all tasks, (D, C)."""
+        return columns.reshape(len(columns), len(self.tasks), -1).sum(axis=1)
+
+    def scaled(self, vector: np.ndarray, factors: np.ndarray) -> np.ndarray:
+        """A vector (D,) with its channels times factors (K,)."""
+        shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
+        return (vector.reshape(shape) * factors[:, None]).ravel()
+
+    def compress(self, curves: Sequence[np.ndarray]) -> np.ndarray:
+        """Curves (..., N, K) of each task as coefficients (D, ...)."""
+        return compress(curves, self.functions)
+
+    def curves(self, vector: np.ndarray) -> np.ndarray:
+        """Curves (T, N, K) of coefficients (D,)."""
+        shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
+        return np.einsum("nb,tkb->tnk", self.functions, vector.reshape(shape))
+
+    @cached_property
+    def spread(self) -> np.ndarray:
+        """Standard deviations (T, N, K) of the curves without any effect."""
+        return self._deviations(self.covariance)
+
+    @property
+    def floor(self) -> np.ndarray:
+        """Standard deviations (T, N, K) of the curves that repeats determine."""
+        return self._deviations(self.noise)
+
+    def _deviations(self, covariance: np.ndarray) -> np.ndarray:
+        count = len(self.tasks) * len(self.channels)
+        size = self.functions.shape[1]
+        blocks = [
+            covariance[i * size : (i + 1) * size, i * size : (i + 1) * size] for i in range(count)
+        ]
+        variance = np.einsum("nb,ibc,nc->in", self.functions, np.array(blocks), self.functions)
+        shaped = variance.reshape(len(self.tasks), len(self.channels), -1)
+        return np.sqrt(shaped).transpose(0, 2, 1)
+
+    def part(self, tasks: Sequence[str]) -> Residual:
+        """The same for some of the tasks."""
+        kept = tuple(task for task in self.tasks if task in tasks)
+        return replace(self._of(self.rows(tasks)), tasks=kept)
+
+    def only(self, channels: Sequence[str]) -> Residual:
+        """The same for some of the channels."""
+        kept = tuple(name for name in self.channels if name in channels)
+        return replace(self._of(self.channel_rows(kept)), channels=kept)
+
+    def _of(self, rows: np.ndarray) -> Residual:
+        square = np.ix_(rows, rows)
+        return replace(
+            self,
+            delta=self.delta[rows],
+            covariance=self.covariance[square],
+            noise=self.noise[square],
+        )
+
+    def channel_rows(self, channels: Sequence[str]) -> np.ndarray:
+        """Positions in (D,) that belong to some of the channels."""
+        chosen = np.isin(self.channels, list(channels))
+        return np.flatnonzero(np.tile(np.repeat(chosen, self.functions.shape[1]), len(self.tasks)))
+
+    def rows(self, tasks: Sequence[str]) -> np.ndarray:
+        """Positions in (D,) that belong to some of the tasks."""
+        size = len(self.channels) * self.functions.shape[1]
+        starts = [i * size for i, task in enumerate(self.tasks) if task in tasks]
+        return np.concatenate([start + np.arange(size) for start in starts])
+
+
+def compress(curves: Sequence[np.ndarray], functions: np.ndarray) -> np.ndarray:
+    """Coefficients (D, ...) of curves (..., N, K), one array per task."""
+    parts = []
+    for curve in curves:
+        coefficients = np.einsum("nb,...nk->kb...", functions, curve)
+        parts.append(coefficients.reshape(-1, *curve.shape[:-2]))
+    return np.concatenate(parts)

@@ -1,0 +1,1 @@
+"""How each effect would show: derivatives of the optimal movement."""

@@ -1,0 +1,197 @@
+"""A solution with its KKT matrix, differentiated by effects, posture and generalised forces.
+
+One factorisation serves all derivatives. Effects of measurement act on the recorded reference
+itself, which is free of model error.
+
+Letters: N nodes, K channels, P parameters, R nuisances, n unknowns, m constraints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.effects.body import Body
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.nominal.optimal_movement import (
+    Movement,
+)
+from scapulohumeral.gap.recording.observables import (
+    SensorSetup,
+    difference,
+    phase_functions,
+    predicted,
+)
+from scapulohumeral.gap.signatures.nuisances import SMOOTH
+from scapulohumeral.model.rotations import (
+    Array,
+    pose_to_trial,
+    quaternion_multiply,
+    rotation_vector_to_quaternion,
+    trial_to_pose,
+)
+from scapulohumeral.ocp.optimality.kkt import KktSystem, assemble_kkt
+from scapulohumeral.ocp.optimality.sensitivity import condition_derivatives, sensitivity
+from scapulohumeral.ocp.solving.solver import Start
+
+# Differences of smooth functions of order one.
+STEP = 1e-4
+
+
+DOF = 10
+
+
+# Records a step ahead and a step behind of each parameter.
+Steps = list[tuple[Observation, Observation]]
+
+
+class Linearised:
+    """A solution with its KKT matrix, ready to be differentiated.
+
+    Parameters
+    ----------
+    move : movement; body : of the solution; point : solution
+    duration_s : of the movement; sensors : what is recorded
+    """
+
+    def __init__(
+        self, move: Movement, body: Body, point: Start, duration_s: float, sensors: SensorSetup
+    ) -> None:
+        self.move, self.body, self.point = move, body, point
+        self.duration_s, self.sensors = duration_s, sensors
+        self.problem = move.problem(body)
+        self.kkt: KktSystem = assemble_kkt(self.problem, point)
+        self.observed = self._record(point.free, body)
+
+    def kept(self, stiffness: float) -> Linearised:
+        """The same solution of a person who keeps the movement more firmly."""
+        move = self.move.kept(self.point, stiffness)
+        return Linearised(move, self.body, self.point, self.duration_s, self.sensors)
+
+    def by_effect(self, effect: Effect, internal: Array) -> Array:
+        """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
+        return self.through(self.conditions(effect, internal)) + self.seen(effect, internal)
+
+    def conditions(self, effect: Effect, internal: Array) -> Array:
+        """Derivatives (n + m, P) of the optimality conditions by an effect on the body.
+
+        They do not depend on the stiffness.
+        """
+
+        def variant_of(x: Array):
+            return self.move.variant(effect.apply(self.move.body, effect.physical(x)))
+
+        return condition_derivatives(self.kkt, self.point, variant_of, internal)
+
+    def seen(self, effect: Effect, internal: Array) -> Array:
+        """Change (P, N, K) of the record of the same solution, by what electrodes see of it."""
+
+        def record(x: Array) -> Observation:
+            return self._record(self.point.free, effect.apply(self.move.body, effect.physical(x)))
+
+        return _derivative(_stepped(record, internal))
+
+    def posture(self) -> Array:
+        """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
+        nodes = len(self.move.angles_rad)
+        shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
+        columns = [self._by_posture(dof, shape) for dof in range(DOF) for shape in shapes.T]
+        return self.through(np.stack(columns, axis=1))
+
+    def slack(self) -> Array:
+        """Change (10, SMOOTH, N, K) per N m of smooth generalised forces."""
+        intervals = len(self.move.angles_rad) - 1
+        shapes = phase_functions(intervals, SMOOTH) * np.sqrt(intervals)
+        right = np.zeros((self.kkt.factors.order, DOF, SMOOTH))
+        first = self.kkt.unknowns + self.problem.layout.coordinates * intervals
+        for dof in range(DOF):
+            rows = first + dof * intervals + np.arange(intervals)
+            right[rows, dof] = shapes
+        changes = self.through(right.reshape(len(right), -1))
+        return changes.reshape(DOF, SMOOTH, *changes.shape[1:])
+
+    def following(self, records: Sequence[tuple[Observation, Observation]], span: float) -> Array:
+        """Change (R, N, K) of the prediction between pairs of tracked records, over `span`."""
+        columns = [
+            self._by_reference(pose_to_trial(ahead.pose), pose_to_trial(behind.pose), span)
+            for ahead, behind in records
+        ]
+        return self.through(np.stack(columns, axis=1))
+
+    def _by_posture(self, dof: int, shape: Array) -> Array:
+        """Derivative (n + m,) of the optimality conditions by one degree of posture."""
+        ahead, behind = (
+            _moved(self.move.angles_rad, dof, np.deg2rad(sign * STEP) * shape)
+            for sign in (1.0, -1.0)
+        )
+        return self._by_reference(ahead, behind, 2.0 * STEP)
+
+    def _by_reference(self, ahead: Array, behind: Array, span: float) -> Array:
+        """Change (n + m,) of the conditions between two motions to track, over `span`."""
+        x = self.problem.trajectory(self.point.free)
+        gradients = [
+            self.problem.layout.join_gradient(self.move.with_reference(angles).gradient(x))
+            for angles in (ahead, behind)
+        ]
+        column = np.zeros(self.kkt.factors.order)
+        column[: self.kkt.unknowns] = (gradients[0] - gradients[1]) / span
+        return column
+
+    def through(self, conditions: Array) -> Array:
+        """Changes of the record (P, N, K) of derivatives (n + m, P) of the conditions."""
+        moved = sensitivity(self.kkt, conditions).free
+        return np.stack([self._change(direction) for direction in moved.T])
+
+    def _change(self, direction: Array) -> Array:
+        step = STEP / max(float(np.abs(direction).max()), 1e-12)
+        ahead, behind = (
+            self._record(self.point.free + sign * step * direction, self.body)
+            for sign in (1.0, -1.0)
+        )
+        return difference(ahead, behind) / (2.0 * step)
+
+    def _record(self, free: Array, body: Body) -> Observation:
+        r = self.sensors
+        x = self.problem.trajectory(free)
+        return predicted(x, self.duration_s, r.channels, body.seen * r.electrodes, r.contact)
+
+
+def _moved(angles: Array, dof: int, by_rad: Array) -> Array:
+    """Joint angles (N, 10) with one joint turned about one of its distal axes by (N,) rad."""
+    pose = trial_to_pose(angles)
+    if dof == DOF - 1:
+        pose[:, 12] += by_rad
+    else:
+        part = slice(4 * (dof // 3), 4 * (dof // 3) + 4)
+        turn = rotation_vector_to_quaternion(by_rad[:, None] * np.eye(3)[dof % 3])
+        pose[:, part] = quaternion_multiply(pose[:, part], turn)
+    return pose_to_trial(pose)
+
+
+def record_derivative(effect: Effect, internal: Array, anchor: Observation) -> Array:
+    """Change (P, N, K) of a record per unit of an effect on the measurement."""
+    return _derivative(_recorded_steps(effect, internal, anchor))
+
+
+def _recorded_steps(effect: Effect, internal: Array, anchor: Observation) -> Steps:
+    return _stepped(lambda x: effect.observe(anchor, effect.physical(x)), internal)
+
+
+def _stepped(record: Callable[[Array], Observation], internal: Array) -> Steps:
+    """Records a step ahead and a step behind of each parameter."""
+    shifts = STEP * np.eye(len(internal))
+    return [(record(internal + shift), record(internal - shift)) for shift in shifts]
+
+
+def _derivative(steps: Steps) -> Array:
+    return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in steps])
+
+
+def _followed(local: Linearised, effect: Effect, anchor: Observation) -> Array:
+    """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
+    if effect.changes_body:
+        return np.zeros((len(effect.params), *difference(anchor, anchor).shape))
+    steps = _recorded_steps(effect, np.zeros(len(effect.params)), anchor)
+    return local.following(steps, 2.0 * STEP)

@@ -1,0 +1,50 @@
+"""What changes between two recordings of one person without a cause.
+
+Letters: R nuisances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from scapulohumeral.gap.effects.emd import PARAMS as DELAY
+from scapulohumeral.gap.effects.emd import Emd
+from scapulohumeral.gap.effects.frames import turn_frame
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.recording.observables import phase_functions
+from scapulohumeral.gap.settings import GapSettings
+
+# Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
+SMOOTH = 4
+
+
+# Standard deviations of smooth functions that together vary by one unit, slow ones the most.
+SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
+
+
+FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
+
+
+def session_records(anchor: Observation, settings: GapSettings) -> list[Observation]:
+    """Records (R) with one standard deviation of each error of a new session.
+
+    Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.
+    """
+    s, nodes = settings.session, len(anchor.pose)
+    records = []
+    for segment in FRAME_SEGMENTS:
+        for vector in np.deg2rad(s.frame_deg) * np.eye(3):
+            records.append(replace(anchor, pose=turn_frame(anchor.pose, segment, vector)))
+    for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
+        vectors = np.deg2rad(s.clavicle_axial_deg) * shape[:, None] * np.eye(3)[0]
+        records.append(replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors)))
+    if anchor.emg is not None:
+        for k in range(len(anchor.channels)):
+            one = np.eye(len(anchor.channels))[k]
+            for emg in (anchor.emg * (1.0 + s.emg_gain * one), anchor.emg + s.emg_offset * one):
+                records.append(replace(anchor, emg=emg))
+        delay = Emd("measurement", "emd", None, DELAY, frozenset(), (), "")
+        records.append(delay.observe(anchor, np.array([s.timing_ms])))
+    return records

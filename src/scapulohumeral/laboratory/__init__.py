@@ -1,0 +1,1 @@
+"""Own recordings: from what a laboratory exports to trials, envelopes and participants."""

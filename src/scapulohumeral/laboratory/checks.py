@@ -1,0 +1,236 @@
+"""What looks wrong in a converted recording, by name, with frame and number.
+
+A `fault` makes the joint angles unusable; a `note` is worth a look. Letters: T frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
+from scapulohumeral.laboratory.trial import Converted
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+from scapulohumeral.model.tables import ModelTables
+
+FAULT, NOTE = "fault", "note"
+# How far beyond the model's range an angle is worth a note, and how far it cannot be. Persons and
+# markers on skin differ by 10 deg; the worst of the recordings that this was tried on by 25.
+NOTEWORTHY_RAD = np.deg2rad(10.0)
+IMPOSSIBLE_RAD = np.deg2rad(60.0)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What passes as a recording of a person who sits or stands.
+
+    Attributes
+    ----------
+    tilt_deg : of the thorax from the vertical; nobody leans as far in an arm task
+    epicondyles_m : least and largest distance of EL and EM, markers on skin included; elbows of
+        adults are 0.05 to 0.09 m wide
+    thorax_change_m : of the distances between thorax landmarks against the other trials
+    length_change_m : of any segment within a trial, standard deviation
+    session_change_m : of the median length of a segment against the other trials
+    jump_deg_per_s : clavicle and scapula in the thorax; in fast arm motions they turn at 250 deg/s
+    arm_jump_deg_per_s : humerus in the thorax; throwing is slower about every axis but its own
+    """
+
+    tilt_deg: float = 45.0
+    epicondyles_m: tuple[float, float] = (0.04, 0.12)
+    thorax_change_m: float = 0.03
+    length_change_m: float = 0.01
+    session_change_m: float = 0.02
+    jump_deg_per_s: float = 1000.0
+    arm_jump_deg_per_s: float = 2500.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding: its name, how bad it is, and a sentence with place and number."""
+
+    name: str
+    severity: str
+    text: str
+
+
+THORAX_LENGTHS = (("IJ", "PX"), ("C7", "T8"), ("IJ", "C7"), ("PX", "T8"))
+
+
+def segment_lengths(points: Points) -> dict[str, Array]:
+    """Lengths of the segments over time, by name: (T,) [m] each."""
+    thorax = ((points["IJ"] + points["C7"]) - (points["PX"] + points["T8"])) / 2.0
+    lengths = {
+        "thorax": np.linalg.norm(thorax, axis=1),
+        "humerus": np.linalg.norm(points["GH"] - elbow_centre(points), axis=1),
+    }
+    for name, a, b in (("clavicle", "SC", "AC"), ("scapula", "TS", "AA")):
+        if a in points and b in points:
+            lengths[name] = np.linalg.norm(points[a] - points[b], axis=1)
+    if "US" in points:
+        lengths["forearm"] = np.linalg.norm(points["US"] - elbow_centre(points), axis=1)
+    return lengths
+
+
+def thorax_shape(points: Points) -> dict[str, float]:
+    """Median distances between the landmarks of the thorax [m], by the names of both."""
+    return {
+        f"{a}-{b}": float(np.median(np.linalg.norm(points[a] - points[b], axis=1)))
+        for a, b in THORAX_LENGTHS
+    }
+
+
+def check_points(
+    points: Points, up: Array | None, converted: Converted, limits: Limits
+) -> list[Finding]:
+    """Findings in one recording of landmarks.
+
+    Parameters
+    ----------
+    points : landmark -> (T, 3) [m]
+    up : (3,) laboratory axis that points up, or None: tilt is then not checked
+    converted : the trial
+    limits : Limits
+    """
+    found = [*_tilt(converted.segments.thorax, up, limits), *_epicondyles(points, limits)]
+    for name, length in segment_lengths(points).items():
+        spread = float(length.std())
+        if spread > limits.length_change_m:
+            k = int(np.abs(length - np.median(length)).argmax())
+            found.append(
+                Finding(
+                    "segment_length_varies",
+                    NOTE,
+                    f"{name}: length varies by {1e3 * spread:.1f} mm (standard deviation), most at "
+                    f"frame {k + 1}; expected at most {1e3 * limits.length_change_m:.0f} mm",
+                )
+            )
+    return found + _thorax_moves(points, limits)
+
+
+def _tilt(thorax: Array, up: Array | None, limits: Limits) -> list[Finding]:
+    if up is None:
+        text = "nothing says where up is; the tilt of the thorax was not checked (map key up)"
+        return [Finding("up_unknown", NOTE, text)]
+    tilt = float(np.rad2deg(np.arccos(np.clip(np.median(thorax[:, :, 1] @ up), -1.0, 1.0))))
+    if tilt <= limits.tilt_deg:
+        return []
+    text = (
+        f"thorax tilted by {tilt:.0f} deg from the vertical; expected at most "
+        f"{limits.tilt_deg:.0f} deg. Markers IJ, PX, C7 or T8 are swapped or out of place, or the "
+        "map names another axis as up"
+    )
+    return [Finding("thorax_tilted", FAULT, text)]
+
+
+def _epicondyles(points: Points, limits: Limits) -> list[Finding]:
+    width = float(np.median(np.linalg.norm(points["EL"] - points["EM"], axis=1)))
+    low, high = limits.epicondyles_m
+    if low <= width <= high:
+        return []
+    text = (
+        f"EL and EM are {1e3 * width:.0f} mm apart; expected {1e3 * low:.0f} to {1e3 * high:.0f} "
+        "mm. One of them is another marker"
+    )
+    return [Finding("epicondyles_apart", FAULT, text)]
+
+
+def _thorax_moves(points: Points, limits: Limits) -> list[Finding]:
+    """Thorax landmarks that leave each other within a trial."""
+    found = []
+    for a, b in THORAX_LENGTHS:
+        length = np.linalg.norm(points[a] - points[b], axis=1)
+        away = np.abs(length - np.median(length))
+        if away.max() > 2.0 * limits.thorax_change_m:
+            k = int(away.argmax())
+            text = (
+                f"{a} and {b}: distance {1e3 * length[k]:.0f} mm at frame {k + 1}, median "
+                f"{1e3 * np.median(length):.0f} mm. One of them was lost or swapped there"
+            )
+            found.append(Finding("thorax_markers_move", FAULT, text))
+    return found
+
+
+def check_session(
+    shapes: Sequence[Mapping[str, float]], lengths: Sequence[Mapping[str, float]], limits: Limits
+) -> list[list[Finding]]:
+    """Findings of each trial against the others of one person: medians over the trials.
+
+    Parameters
+    ----------
+    shapes : per trial, thorax distances [m] as from `thorax_shape`
+    lengths : per trial, median lengths of segments [m]
+    limits : Limits
+
+    Returns
+    -------
+    list of list                     per trial; empty with fewer than three trials
+    """
+    found: list[list[Finding]] = [[] for _ in shapes]
+    if len(shapes) < 3:
+        return found
+    rules = (
+        (shapes, limits.thorax_change_m, "thorax_markers_out_of_place", FAULT),
+        (lengths, limits.session_change_m, "segment_length_differs", NOTE),
+    )
+    for values, limit, name, severity in rules:
+        common = {key for trial in values for key in trial}
+        usual = {key: np.median([t[key] for t in values if key in t]) for key in sorted(common)}
+        for trial, warnings in zip(values, found, strict=True):
+            away = [key for key in trial if abs(trial[key] - usual[key]) > limit]
+            if away:
+                numbers = ", ".join(
+                    f"{key} {1e3 * trial[key]:.0f} mm (other trials {1e3 * usual[key]:.0f} mm)"
+                    for key in away
+                )
+                warnings.append(Finding(name, severity, numbers))
+    return found
+
+
+def check_motion(converted: Converted, tables: ModelTables, limits: Limits) -> list[Finding]:
+    """Jumps of segments, and angles outside of the ranges of the model."""
+    found = []
+    allowed = {
+        "clavicle_r": ("clavicle_jumps", limits.jump_deg_per_s),
+        "scapula_r": ("scapula_jumps", limits.jump_deg_per_s),
+        "humerus_r": ("humerus_jumps", limits.arm_jump_deg_per_s),
+    }
+    for segment, (name, limit) in allowed.items():
+        speed = turning_speed(converted.rotations[segment], converted.rate_hz)
+        if speed.size and speed.max() > limit:
+            k = int(speed.argmax())
+            text = (
+                f"{segment.removesuffix('_r')} turns by {speed[k] / converted.rate_hz:.1f} deg "
+                f"between frames {k + 1} and {k + 2} ({speed[k]:.0f} deg/s); expected at most "
+                f"{limit:.0f} deg/s. Look for swapped markers of it or of the thorax there"
+            )
+            found.append(Finding(name, FAULT, text))
+    return found + _out_of_range(converted, tables)
+
+
+def turning_speed(rotation: Array, rate_hz: float) -> Array:
+    """Angle between neighbouring frames times the rate, (T - 1,) [deg/s], of (T, 3, 3)."""
+    step = np.einsum("tji,tji->t", rotation[1:], rotation[:-1])
+    return np.rad2deg(np.arccos(np.clip((step - 1.0) / 2.0, -1.0, 1.0))) * rate_hz
+
+
+def _out_of_range(converted: Converted, tables: ModelTables) -> list[Finding]:
+    """Angles beyond the ranges of the model; those of the humerus have no unique form."""
+    found = []
+    for i, name in enumerate(ANGLE_NAMES):
+        coordinate, angle = tables.coordinates[name], converted.angles_rad[:, i]
+        beyond = float(max(coordinate.min_rad - angle.min(), angle.max() - coordinate.max_rad))
+        if name.startswith(("SC", "AC", "EL")) and beyond > NOTEWORTHY_RAD:
+            low, high = np.rad2deg([coordinate.min_rad, coordinate.max_rad])
+            text = (
+                f"{name} reaches {np.rad2deg(angle.min()):.0f} to {np.rad2deg(angle.max()):.0f} "
+                f"deg; the model's range is {low:.0f} to {high:.0f} deg"
+            )
+            if beyond > IMPOSSIBLE_RAD:
+                text += ". No shoulder goes there: landmarks are swapped, or of another place"
+                found.append(Finding("impossible_posture", FAULT, text))
+            else:
+                found.append(Finding("outside_model_range", NOTE, text))
+    return found

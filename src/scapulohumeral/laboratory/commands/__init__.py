@@ -1,0 +1,1 @@
+"""The commands of ``scapulohumeral`` beside the diagnosis: arguments only."""

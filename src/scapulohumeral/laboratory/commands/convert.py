@@ -1,0 +1,163 @@
+"""Arguments of ``scapulohumeral convert``, and what they start."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scapulohumeral.laboratory.commands.participant import add_body_arguments, body_of
+from scapulohumeral.provenance import CONFIG_FOLDER
+
+if TYPE_CHECKING:
+    from scapulohumeral.laboratory.convert import Outcome
+    from scapulohumeral.model.tables import ModelTables
+
+TABLES = CONFIG_FOLDER / "model"
+PAGE = "conversion.html"
+REFUSED = 2
+EXAMPLES = """examples:
+  scapulohumeral convert session1/*.c3d --map markers.yaml --out trials
+  scapulohumeral convert ik/*.mot --model subject.osim --map model.yaml --out trials
+  scapulohumeral convert imu/*.csv --map orientations.yaml --out trials
+
+  with a participant file for a diagnosis, tasks and repeats by the names of files:
+  scapulohumeral convert all/*.c3d --map markers.yaml --out trials --id ann --body-mass 68
+      --height 1.70 --tasks '(?P<task>[a-z]+)_.*_(?P<repeat>[0-9]+)$'
+  scapulohumeral gap diagnose trials/*_after_*.csv --reference trials/*_before_*.csv --out answer
+
+markers.yaml:
+  schema: marker_map/1
+  side: right                      # left arms are mirrored
+  up: "+z"                         # where the files do not say it
+  landmarks: {IJ: jugular, PX: xiphoid, C7: c7, T8: t8, SC: sternoclav, AC: acromioclav,
+    AA: [acr_back], TS: spine, AI: inferior, PC: coracoid, EL: epi_lat, EM: epi_med, US: ulna}
+  glenohumeral: {method: meskers}  # or model; marker (landmark GH); {functional, trial: FILE}
+  # landmarks shown only in a static trial, and carried by technical markers:
+  # static: static.c3d
+  # clusters: {acromion: {markers: [a1, a2, a3], landmarks: [AA, TS, AI]}}
+
+model.yaml:
+  schema: model_map/1
+  side: right
+  landmarks: {IJ: ij, PX: px, C7: c7, T8: t8, SC: sc, AC: ac, AA: aa, TS: ts, AI: ai,
+    GH: {body: humerus, location_m: [0, 0, 0]}, EL: EpL, EM: EpM}
+
+orientations.yaml:
+  schema: orientation_map/1
+  side: right
+  axes: isb                        # or model: x right, y up, z back
+  segments: {thorax: trunk, scapula: scap, humerus: arm, forearm: fore}  # columns trunk_q0 ...
+"""
+EPILOG = """
+DIR receives one table and one record per recording, and conversion.html: look at it before you go
+on. Recordings with a fault (thorax markers out of place, a clavicle that jumps, ...) get no table.
+
+Exit code 0: all recordings were converted; 2: some were refused or have a fault, and the others
+were converted.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command to a parser."""
+    parser.description = "Convert recordings of one person to trial tables of the study."
+    parser.epilog = EXAMPLES + EPILOG
+    add = parser.add_argument
+    add(
+        "recordings", nargs="+", type=Path, metavar="FILE",
+        help=".c3d, .trc or .csv of markers; .mot or .sto of another OpenSim model; .csv of "
+        "segment orientations",
+    )  # fmt: skip
+    add("--map", type=Path, required=True, metavar="FILE", help="what means what, see below")
+    add("--model", type=Path, metavar="OSIM", help="model that .mot or .sto files were made with")
+    add("--smooth-hz", type=float, metavar="HZ", help="low-pass filter (default: none)")
+    add("--out", type=Path, required=True, metavar="DIR", help="folder for tables and page")
+    add("--keep-faulty", action="store_true", help="also write tables of recordings with a fault")
+    add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
+    add("--id", default="participant", help="with --body-mass: name of the person")
+    add(
+        "--tasks", metavar="REGEX",
+        help="with --body-mass: groups (?P<task>...) and (?P<repeat>...) in the names of trials",
+    )  # fmt: skip
+    add_body_arguments(parser, required=False)
+
+
+def _write_participant(
+    options: argparse.Namespace, outcomes: list[Outcome], tables: ModelTables
+) -> None:
+    """The participant file that a diagnosis of these trials reads."""
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.laboratory import participant
+    from scapulohumeral.laboratory.body_size import scale_factors
+
+    usable = [outcome for outcome in outcomes if outcome.usable and outcome.source]
+    points = [outcome.points for outcome in usable if outcome.points]
+    gravity = participant.gravity_of_records(
+        [{"gravity_in_thorax_mps2": o.source.gravity_mps2} for o in usable if o.source]
+    )
+    if not points or gravity is None:
+        raise ConfigError(
+            "--body-mass: a participant needs landmarks and the axis that points up; expected "
+            "markers or an OpenSim motion, and key up in the map. Leave out --body-mass otherwise."
+        )
+    names = [outcome.name for outcome in usable]
+    trials = participant.task_and_repeat(options.tasks, names) if options.tasks else {}
+    person = participant.Person(
+        options.id, body_of(options), scale_factors(points, tables), gravity
+    )
+    written = participant.write_diagnosis_participant(options.out, person, tables, trials)
+    print(f"participant of a diagnosis: {written}")
+
+
+def run(options: argparse.Namespace, command: str) -> int:
+    """Convert, write, and say what was found; returns the exit code."""
+    from scapulohumeral.laboratory.convert import summary, write_outcomes
+    from scapulohumeral.laboratory.page import render_page
+    from scapulohumeral.model.tables import read_tables
+
+    tables = read_tables(options.tables)
+    outcomes = _outcomes(options, tables)
+    write_outcomes(options.out, outcomes, options.keep_faulty, command)
+    page = options.out / PAGE
+    page.write_text(render_page(outcomes, tables, command), encoding="utf-8")
+    print(summary(outcomes))
+    if options.body_mass is not None:
+        _write_participant(options, outcomes, tables)
+    print(f"look at {page}")
+    return 0 if all(outcome.usable for outcome in outcomes) else REFUSED
+
+
+def progress(line: str) -> None:
+    """Show what is being worked on."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def _outcomes(options: argparse.Namespace, tables: ModelTables) -> list[Outcome]:
+    """Outcomes by the kind of map."""
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.laboratory import convert
+    from scapulohumeral.laboratory.checks import Limits
+    from scapulohumeral.laboratory.markers.landmarks import calibrate
+    from scapulohumeral.laboratory.markers.map_file import kind_of_map
+    from scapulohumeral.laboratory.markers.marker_map import read_marker_map
+    from scapulohumeral.laboratory.motions.opensim_motion import read_model_map
+    from scapulohumeral.laboratory.motions.orientations import read_orientation_map
+
+    files, settings = options.recordings, convert.Settings(tables, Limits(), options.smooth_hz)
+    kind = kind_of_map(options.map)
+    if kind == "marker_map/1":
+        calibration = calibrate(read_marker_map(options.map), tables)
+        return convert.convert_markers(files, calibration, settings, progress)
+    if kind == "orientation_map/1":
+        read = read_orientation_map(options.map)
+        return convert.convert_orientations(files, read, settings, progress)
+    if kind != "model_map/1":
+        raise ConfigError(
+            f"{options.map}, schema: '{kind}'; expected marker_map/1, model_map/1 or "
+            "orientation_map/1. The help of this command shows an example of each."
+        )
+    if options.model is None:
+        raise ConfigError("no --model; expected the .osim file that the motions were made with.")
+    read_map = read_model_map(options.map)
+    return convert.convert_motions(files, options.model, read_map, settings, progress)

@@ -1,0 +1,90 @@
+"""Arguments of ``scapulohumeral emg``, and what they start."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.provenance import CONFIG_FOLDER
+
+if TYPE_CHECKING:
+    from scapulohumeral.laboratory.emg_files import EmgMap
+
+CONFIG = CONFIG_FOLDER / "config.yaml"
+REFUSED = 2
+EXAMPLES = """example:
+  scapulohumeral emg session1/*.c3d --mvc mvc/*.c3d --map emg.yaml --out trials
+
+emg.yaml:
+  schema: emg_map/1
+  channels:
+    infra: {label: "EMG 3", muscles: [infra]}        # label of the analog channel; in .csv the
+    delt_lat: {label: "EMG 5", muscles: [delt_scap]} # column is the label and _V
+  neighbours: [[infra, delt_lat]]                    # cross-talk is possible
+  delay_s: 0.0                                       # EMG clock when the motion's shows zero
+
+writes trials/TRIAL_emg.csv beside the converted trials, and the set-up into trials/participant.yaml
+if convert made one.
+
+Exit code 0: done; 2: a recording was refused, or a channel was left out.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command to a parser."""
+    parser.description = "Raw EMG to envelopes, as fractions of maximal voluntary contractions."
+    parser.epilog = EXAMPLES
+    add = parser.add_argument
+    add("recordings", nargs="+", type=Path, metavar="FILE", help=".c3d or .csv of trials")
+    add("--mvc", nargs="+", type=Path, required=True, metavar="FILE", help="maximal contractions")
+    add("--map", type=Path, required=True, metavar="FILE", help="channels, see below")
+    add("--out", type=Path, required=True, metavar="DIR", help="folder of the trial tables")
+    add("--keep-faulty", action="store_true", help="also write clipped, dead or humming channels")
+    add("--config", type=Path, default=CONFIG, metavar="FILE", help="filters and limits")
+
+
+def run(options: argparse.Namespace, command: str) -> int:
+    """Process all recordings and say what was found; returns the exit code."""
+    from scapulohumeral.laboratory import emg_files
+    from scapulohumeral.model.tables import read_tables
+
+    emg_map = emg_files.read_emg_map(options.map)
+    groups = {m.group for m in read_tables(options.config.parent / "model").muscles.values()}
+    emg_files.check_muscles(emg_map, sorted(groups))
+    pipeline = emg_files.read_pipeline(options.config)
+    contractions = emg_files.read_contractions(options.mvc, emg_map, pipeline)
+    options.out.mkdir(parents=True, exist_ok=True)
+    written: list[set[str]] = []
+    for file in options.recordings:
+        print(file.name, file=sys.stderr, flush=True)
+        try:
+            envelopes, checks = emg_files.process_trial(file, contractions, emg_map, pipeline)
+            table = options.out / f"{file.stem}_emg.csv"
+            names = emg_files.write_emg(table, envelopes, checks, options.keep_faulty)
+        except DataError as error:
+            print(f"refused   {file.stem}: {error}")
+            continue
+        written.append(set(names))
+        for check in checks:
+            if not check.passed:
+                left = "" if check.channel in names else " (left out)"
+                print(f"warning   {file.stem}: {emg_files.describe(check)}{left}")
+    _set_up(options, emg_map, written)
+    complete = all(names == set(emg_map.labels) for names in written)
+    return 0 if complete and len(written) == len(options.recordings) else REFUSED
+
+
+def _set_up(options: argparse.Namespace, emg_map: EmgMap, written: list[set[str]]) -> None:
+    """Say how many were written, and put the channels that all trials have into the participant."""
+    from scapulohumeral.laboratory.emg_files import add_to_participant
+
+    print(f"envelopes of {len(written)} of {len(options.recordings)} recordings in {options.out}")
+    if not written:
+        return
+    common = [name for name in emg_map.labels if all(name in names for names in written)]
+    path = add_to_participant(options.out, emg_map, common) if common else None
+    if path is not None:
+        print(f"{path}: EMG channels {', '.join(common)}")

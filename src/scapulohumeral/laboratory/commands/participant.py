@@ -1,0 +1,94 @@
+"""Arguments of ``scapulohumeral participant``, and what they start."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scapulohumeral.provenance import CONFIG_FOLDER
+
+if TYPE_CHECKING:
+    from scapulohumeral.laboratory.body_size import Body
+
+TABLES = CONFIG_FOLDER / "model"
+EXAMPLES = """example:
+  scapulohumeral participant --static session1/static.c3d --map markers.yaml --id ann
+      --body-mass 68 --height 1.70 --trials trials/frontal.csv trials/reach.csv --out participants
+
+makes participants/ann/participant.yaml with copies of the trials: a participant of the study.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command to a parser."""
+    parser.description = "Make a participant of the study from a static trial and body size."
+    parser.epilog = EXAMPLES
+    add = parser.add_argument
+    add("--static", nargs="+", type=Path, required=True, metavar="FILE", help="with all landmarks")
+    add("--map", type=Path, required=True, metavar="FILE", help="marker map, as for convert")
+    add("--trials", nargs="+", type=Path, required=True, metavar="CSV", help="converted trials")
+    add("--out", type=Path, required=True, metavar="DIR", help="folder of all participants")
+    add("--id", required=True, help="name of the participant: small letters and digits")
+    add_body_arguments(parser, required=True)
+    add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
+
+
+def add_body_arguments(parser: argparse.ArgumentParser, required: bool) -> None:
+    """Describe body mass, height and sex to a parser."""
+    parser.add_argument("--body-mass", type=float, required=required, metavar="KG")
+    parser.add_argument("--height", type=float, required=required, metavar="M")
+    parser.add_argument("--sex", choices=("male", "female"), help="default: mean of both")
+
+
+def body_of(options: argparse.Namespace) -> Body:
+    """Body size of the arguments.
+
+    Raises
+    ------
+    ConfigError                      beyond human size: other units
+    """
+    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.laboratory.body_size import Body
+
+    if not 20.0 <= options.body_mass <= 300.0:
+        raise ConfigError(f"--body-mass {options.body_mass}: expected 20 to 300 kg.")
+    if not 1.0 <= options.height <= 2.5:
+        raise ConfigError(f"--height {options.height}: expected 1 to 2.5 m; write metres.")
+    return Body(options.body_mass, options.height, options.sex)
+
+
+def run(options: argparse.Namespace, command: str) -> int:
+    """Write the participant and say where; returns the exit code."""
+    from scapulohumeral.laboratory.body_size import scale_factors
+    from scapulohumeral.laboratory.markers.frames import thorax_frame
+    from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
+    from scapulohumeral.laboratory.markers.marker_map import read_marker_map
+    from scapulohumeral.laboratory.participant import Person, mean_gravity, write_study_participant
+    from scapulohumeral.model.tables import read_tables
+
+    body, tables = body_of(options), read_tables(options.tables)
+    calibration = calibrate(read_marker_map(options.map), tables)
+    statics = [read_landmarks(file, calibration) for file in options.static]
+    scale = scale_factors([static.points for static in statics], tables)
+    gravity = _recorded_gravity(options.trials) or mean_gravity(
+        [(thorax_frame(static.points), static.up) for static in statics]
+    )
+    person = Person(options.id, body, scale, gravity)
+    trials = {table.stem: table for table in options.trials}
+    path = write_study_participant(options.out, person, tables, trials)
+    print(f"{path}: {len(trials)} trials; scale factors", *_listed(scale))
+    return 0
+
+
+def _recorded_gravity(trials: Sequence[Path]) -> tuple[float, ...] | None:
+    """Mean gravity over the trials themselves, as far as their records hold it."""
+    from scapulohumeral.laboratory.participant import gravity_of_records
+    from scapulohumeral.laboratory.record import read_record
+
+    return gravity_of_records([read_record(table) for table in trials])
+
+
+def _listed(scale: dict[str, float]) -> list[str]:
+    return [f"{name} {factor:.3f}" for name, factor in scale.items()]

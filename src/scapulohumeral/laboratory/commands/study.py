@@ -1,0 +1,169 @@
+"""``scapulohumeral study``: run the study, of this repository or of a folder of own participants.
+
+A thin wrapper of Snakemake. For own participants it writes what differs from the configuration
+into ``study.yaml`` in their folder, where it can be read and changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.provenance import CONFIG_FOLDER
+
+REPOSITORY = CONFIG_FOLDER.parent
+PROFILES = REPOSITORY / "workflow" / "profiles"
+OVERLAY = "study.yaml"
+EXAMPLES = """examples:
+  scapulohumeral study                                   # the published participants
+  scapulohumeral study --participants people --cores 4   # those of a folder, tracked and reported
+  scapulohumeral study --participants people --trials frontal reach --predict healthy_generic
+  scapulohumeral study --participants people --profile slurm
+  scapulohumeral study --dry-run                         # what would run, and why
+
+Own participants are made by 'scapulohumeral participant'. What needs measured EMG or published
+values is left out, and named. Results go to results/, the report to reports/.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command to a parser."""
+    parser.description = "Run the study by Snakemake."
+    parser.epilog = EXAMPLES
+    add = parser.add_argument
+    add("--participants", type=Path, metavar="DIR", help="folder of own participants")
+    add("--trials", nargs="+", default=[], metavar="NAME", help="default: those that all have")
+    add("--predict", nargs="+", default=[], metavar="CONDITION", help="of config.yaml, generic")
+    add("--report", default="own", metavar="NAME", help="reports/NAME.html (default own)")
+    add("--quick", action="store_true", help="the quick study of config/quick.yaml")
+    add("--profile", default="default", help="how to run: a folder of workflow/profiles")
+    add("--cores", type=int, metavar="N", help="processor cores (default: as the profile says)")
+    add("--dry-run", action="store_true", help="only say what would run")
+
+
+def run(options: argparse.Namespace, command: str) -> int:
+    """Run Snakemake in the repository; returns its exit code."""
+    if not (PROFILES / options.profile).is_dir():
+        found = ", ".join(sorted(path.name for path in PROFILES.iterdir()))
+        raise ConfigError(f"--profile {options.profile}: expected one of {found}.")
+    files = [CONFIG_FOLDER / "config.yaml"]
+    if options.quick:
+        files.append(CONFIG_FOLDER / "quick.yaml")
+    if options.participants is not None:
+        files.append(_written_overlay(options))
+    arguments = ["--workflow-profile", str(PROFILES / options.profile)]
+    arguments += ["--configfile", *map(str, files)]
+    if options.cores is not None:
+        arguments += ["--cores", str(options.cores)]
+    if options.dry_run:
+        arguments.append("--dry-run")
+    return subprocess.run(
+        [sys.executable, "-m", "snakemake", *arguments], cwd=REPOSITORY, check=False
+    ).returncode
+
+
+def _written_overlay(options: argparse.Namespace) -> Path:
+    """Write what differs for own participants, and say what is left out."""
+    import yaml
+
+    folder = options.participants.resolve()
+    config = yaml.safe_load((CONFIG_FOLDER / "config.yaml").read_text(encoding="utf-8"))
+    overlay = own_study(folder, options.trials, options.predict, options.report, config)
+    path: Path = folder / OVERLAY
+    text = yaml.safe_dump(overlay, sort_keys=False)
+    path.write_text(f"# Made by scapulohumeral study; over config/config.yaml.\n{text}", "utf-8")
+    print(f"{path}: participants {', '.join(overlay['participants'])}")
+    print(f"trials: {', '.join(overlay['planes'])}")
+    print(
+        "left out: calibration and validation (simulated EMG is that of published participants), "
+        "comparison with published values"
+        + ("" if options.predict else ", predictions (name some with --predict)")
+        + ", diagnosis of the report (run scapulohumeral gap diagnose)"
+    )
+    return path
+
+
+def own_study(
+    folder: Path,
+    trials: Sequence[str],
+    predict: Sequence[str],
+    report: str,
+    config: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Configuration of own participants, as far as it differs from that of the published ones.
+
+    Parameters
+    ----------
+    folder : Path                    of all participants
+    trials : to track; empty: all that every participant has, daily tasks included
+    predict : conditions to predict, with generic muscles
+    report : name of the report
+    config : configuration of the study
+
+    Raises
+    ------
+    ConfigError                      no participants, no common trials, or a condition that cannot
+                                     be predicted without EMG
+    """
+    from scapulohumeral.model.participant_file import list_participants
+
+    names = list_participants(folder)
+    if not names:
+        raise ConfigError(
+            f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
+        )
+    common = _common_trials(folder, names, trials)
+    _check_predictable(predict, config["prediction"]["conditions"])
+    return {
+        "report": report,
+        "participants_folder": str(folder),
+        "participants": list(names),
+        "planes": list(trials or common),
+        "validation": {"tasks": []},
+        "prediction": {
+            "predict": list(predict),
+            "predict_also": {name: [] for name in config["prediction"]["predict_also"]},
+        },
+        "variants": {
+            "predict": {
+                variant: {name: [] for name in asked}
+                for variant, asked in config["variants"]["predict"].items()
+            }
+        },
+        "diagnose": [],
+    }
+
+
+def _common_trials(folder: Path, names: Sequence[str], trials: Sequence[str]) -> list[str]:
+    """Trials that every participant has; those that were asked for must be among them."""
+    from scapulohumeral.model.participant import read_participant
+
+    recorded = [read_participant(folder, name).trials for name in names]
+    common = [trial for trial in recorded[0] if all(trial in others for others in recorded)]
+    missing = [trial for trial in trials if trial not in common]
+    if missing or not common:
+        raise ConfigError(
+            f"--trials {', '.join(missing) or '(none)'}: expected trials that all of "
+            f"{', '.join(names)} have: {', '.join(common) or 'there are none'}."
+        )
+    return common
+
+
+def _check_predictable(predict: Sequence[str], conditions: Mapping[str, Any]) -> None:
+    """Refuse conditions that cannot be predicted without EMG."""
+    possible = [
+        name
+        for name, condition in conditions.items()
+        if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
+    ]
+    wrong = [name for name in predict if name not in possible]
+    if wrong:
+        raise ConfigError(
+            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "
+            "muscles calibrated to EMG."
+        )

@@ -1,0 +1,276 @@
+"""Recordings to trial tables, records and one page: the work behind ``scapulohumeral convert``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.laboratory.checks import (
+    FAULT,
+    Finding,
+    Limits,
+    check_motion,
+    check_points,
+    check_session,
+    segment_lengths,
+    thorax_shape,
+)
+from scapulohumeral.laboratory.markers.landmarks import Calibration, Landmarks, read_landmarks
+from scapulohumeral.laboratory.motions.opensim_motion import ModelMap, read_motions
+from scapulohumeral.laboratory.motions.orientations import OrientationMap, read_orientations
+from scapulohumeral.laboratory.participant import mean_gravity
+from scapulohumeral.laboratory.record import Source, record_path, write_record, write_trial
+from scapulohumeral.laboratory.trial import (
+    Converted,
+    convert_segments,
+    segments_of_landmarks,
+    smoothed,
+)
+from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.tables import ModelTables
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How recordings are converted: model tables, limits of the checks, low-pass filter or None."""
+
+    tables: ModelTables
+    limits: Limits
+    cutoff_hz: float | None = None
+
+    def finished(self, converted: Converted) -> Converted:
+        """A trial as it is written: smoothed, if that is asked for."""
+        return converted if self.cutoff_hz is None else smoothed(converted, self.cutoff_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of one recording.
+
+    Attributes
+    ----------
+    file : recording
+    name : of the trial
+    converted : None if the recording was refused
+    source : None if the recording was refused
+    findings : of all checks
+    points : landmark -> (T, 3) [m] in thorax axes from IJ, for the picture; empty without landmarks
+    refusal : why it was refused, else empty
+    """
+
+    file: Path
+    name: str
+    converted: Converted | None
+    source: Source | None
+    findings: tuple[Finding, ...]
+    points: dict[str, Array]
+    refusal: str = ""
+
+    @property
+    def usable(self) -> bool:
+        """Whether the trial was converted without a fault."""
+        return self.converted is not None and not any(f.severity == FAULT for f in self.findings)
+
+
+def refused(file: Path, error: Exception) -> Outcome:
+    """Outcome of a recording that cannot be converted."""
+    return Outcome(file, file.stem, None, None, (), {}, str(error))
+
+
+def convert_markers(
+    files: Sequence[Path], calibration: Calibration, settings: Settings, progress: Progress
+) -> list[Outcome]:
+    """Convert recordings of markers of one person.
+
+    Parameters
+    ----------
+    files : recordings
+    calibration : map and static trials
+    settings : Settings
+    progress : called with a line per recording
+
+    Returns
+    -------
+    list of Outcome                  in the order of `files`; a recording that cannot be used is
+                                     among them with its refusal
+    """
+    outcomes, kept = [], []
+    for i, file in enumerate(files, start=1):
+        progress(f"{i}/{len(files)} {file.name}")
+        try:
+            landmarks = read_landmarks(file, calibration)
+            outcome = _of_landmarks(landmarks, settings, _marker_source(landmarks, calibration))
+        except DataError as error:
+            outcomes.append(refused(file, error))
+            continue
+        kept.append((len(outcomes), landmarks))
+        outcomes.append(outcome)
+    return _against_each_other(outcomes, kept, settings.limits)
+
+
+def convert_motions(
+    files: Sequence[Path], model: Path, model_map: ModelMap, settings: Settings, progress: Progress
+) -> list[Outcome]:
+    """Convert motions of another OpenSim model; parameters and result as `convert_markers`."""
+    progress(f"{len(files)} motions of {model.name}, posed by OpenSim")
+    outcomes = []
+    kept = []
+    for file, landmarks in zip(files, read_motions(files, model, model_map), strict=True):
+        if isinstance(landmarks, DataError):
+            outcomes.append(refused(file, landmarks))
+            continue
+        source = Source(
+            file=file,
+            kind="opensim motion",
+            files=(model, model_map.path),
+            settings={"side": model_map.side, "landmarks": dict(model_map.landmarks)},
+        )
+        try:
+            outcomes.append(_of_landmarks(landmarks, settings, source))
+        except DataError as error:
+            outcomes.append(refused(file, error))
+            continue
+        kept.append((len(outcomes) - 1, landmarks))
+    return _against_each_other(outcomes, kept, settings.limits)
+
+
+def convert_orientations(
+    files: Sequence[Path], orientation_map: OrientationMap, settings: Settings, progress: Progress
+) -> list[Outcome]:
+    """Convert tables of orientations; parameters and result as `convert_markers`."""
+    outcomes = []
+    for i, file in enumerate(files, start=1):
+        progress(f"{i}/{len(files)} {file.name}")
+        try:
+            segments = read_orientations(file, orientation_map)
+            converted = settings.finished(convert_segments(segments, settings.tables))
+        except DataError as error:
+            outcomes.append(refused(file, error))
+            continue
+        source = Source(
+            file=file,
+            kind="orientations",
+            files=(orientation_map.path,),
+            settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
+        )
+        findings = check_motion(converted, settings.tables, settings.limits)
+        outcomes.append(Outcome(file, file.stem, converted, source, tuple(findings), {}))
+    return outcomes
+
+
+def _against_each_other(
+    outcomes: list[Outcome], kept: Sequence[tuple[int, Landmarks]], limits: Limits
+) -> list[Outcome]:
+    """Outcomes with what the trials of one person show only together."""
+    shapes = [thorax_shape(landmarks.points) for _, landmarks in kept]
+    lengths = [
+        {name: float(np.median(v)) for name, v in segment_lengths(landmarks.points).items()}
+        for _, landmarks in kept
+    ]
+    for (i, _), found in zip(kept, check_session(shapes, lengths, limits), strict=True):
+        outcomes[i] = replace(outcomes[i], findings=(*outcomes[i].findings, *found))
+    return outcomes
+
+
+def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> Outcome:
+    segments = segments_of_landmarks(landmarks, settings.tables)
+    raw = convert_segments(segments, settings.tables)
+    findings = [
+        *check_points(landmarks.points, landmarks.up, raw, settings.limits),
+        *check_motion(raw, settings.tables, settings.limits),
+    ]
+    lengths = segment_lengths(landmarks.points)
+    inside = {
+        name: np.einsum("tji,tj->ti", segments.thorax, point - landmarks.points["IJ"])
+        for name, point in landmarks.points.items()
+    }
+    spread = {name: (float(np.median(v)), float(v.std())) for name, v in lengths.items()}
+    return Outcome(
+        file=landmarks.source,
+        name=landmarks.source.stem,
+        converted=settings.finished(raw),
+        source=replace(
+            source,
+            lengths_m=spread,
+            gravity_mps2=None
+            if landmarks.up is None
+            else mean_gravity([(segments.thorax, landmarks.up)]),
+        ),
+        findings=tuple(findings),
+        points=inside,
+    )
+
+
+def _marker_source(landmarks: Landmarks, calibration: Calibration) -> Source:
+    marker_map = calibration.marker_map
+    further = (marker_map.path, marker_map.static, marker_map.functional_trial)
+    return Source(
+        file=landmarks.source,
+        kind="markers",
+        files=tuple(file for file in further if file is not None),
+        settings={
+            "side": marker_map.side,
+            "mirrored": marker_map.side == "left",
+            "unit": landmarks.unit,
+            "up": None if landmarks.up is None else landmarks.up.tolist(),
+            "glenohumeral_centre": landmarks.centre,
+            "landmarks": {name: list(m) for name, m in marker_map.landmarks.items()},
+        },
+        gaps=landmarks.gaps,
+    )
+
+
+def write_outcomes(
+    folder: Path, outcomes: Sequence[Outcome], keep_faulty: bool, command: str
+) -> None:
+    """Write tables of usable trials and records of all that could be read.
+
+    Parameters
+    ----------
+    folder : Path                    made if it is not there
+    outcomes : of one conversion
+    keep_faulty : also write tables of trials with faults
+    command : that made them
+
+    Raises
+    ------
+    DataError                        two recordings have the same name
+    """
+    names = [outcome.name for outcome in outcomes]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise DataError(
+            f"recordings named {', '.join(twice)} more than once; expected different names, which "
+            "become the names of the trials. Rename the files."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    for outcome in outcomes:
+        table = folder / f"{outcome.name}.csv"
+        # A table of an earlier run must not pass for one of this.
+        table.unlink(missing_ok=True)
+        record_path(table).unlink(missing_ok=True)
+        if outcome.converted is None or outcome.source is None:
+            continue
+        write_record(
+            record_path(table), outcome.converted, outcome.source, outcome.findings, command
+        )
+        if outcome.usable or keep_faulty:
+            write_trial(table, outcome.converted)
+
+
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """One line per recording that needs a look, and how many were converted."""
+    lines = []
+    for outcome in outcomes:
+        if outcome.refusal:
+            lines.append(f"refused   {outcome.name}: {outcome.refusal}")
+        for finding in outcome.findings:
+            lines.append(f"{finding.severity:9} {outcome.name}: {finding.name}: {finding.text}")
+    usable = sum(outcome.usable for outcome in outcomes)
+    return "\n".join([*lines, f"{usable} of {len(outcomes)} recordings converted without a fault"])

@@ -1,0 +1,278 @@
+"""Raw EMG of own recordings to the envelopes that a diagnosis reads, by the study's own pipeline.
+
+Letters: C channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from scapulohumeral.configuration.check import read_config
+from scapulohumeral.emg.envelope import (
+    Envelopes,
+    EnvelopeSettings,
+    mvc_amplitudes,
+    normalised_envelopes,
+)
+from scapulohumeral.emg.quality import (
+    Check,
+    QualityLimits,
+    check_envelopes,
+    check_recording,
+    write_quality,
+)
+from scapulohumeral.emg.recording import Recording, read_recording
+from scapulohumeral.emg.signal_table import write_signals
+from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.laboratory.markers.map_file import closed, read_map
+from scapulohumeral.laboratory.participant import PARTICIPANT_FILE
+from scapulohumeral.model.rotations import Array
+
+_NAME = {"type": "string", "pattern": "^[^/+ >]+$"}
+EMG_MAP_SCHEMA = closed(
+    {
+        "schema": {"const": "emg_map/1"},
+        "channels": {
+            "type": "object",
+            "minProperties": 1,
+            "propertyNames": _NAME,
+            "additionalProperties": closed(
+                {
+                    "label": {"type": "string", "minLength": 1},
+                    "muscles": {
+                        "type": "array",
+                        "items": {"type": "string"},
+                        "minItems": 1,
+                        "description": "muscle groups of the model, as in config/model/muscles.csv",
+                    },
+                },
+                "{label: of the analog channel, muscles: [groups under the electrode]}",
+                "label",
+                "muscles",
+            ),
+            "description": "channel: {label: ..., muscles: [...]}",
+        },
+        "neighbours": {
+            "type": "array",
+            "items": {"type": "array", "items": _NAME, "minItems": 2, "maxItems": 2},
+            "description": "pairs of channels between which cross-talk is possible",
+        },
+        "delay_s": {
+            "type": "number",
+            "minimum": -600,
+            "maximum": 600,
+            "description": "what the EMG clock shows when the clock of the motion shows zero [s]",
+        },
+    },
+    "keys schema, channels, optionally neighbours and delay_s",
+    "schema",
+    "channels",
+)
+# What makes an envelope meaningless; above the MVC it is only too large.
+SPOILING = ("clipping", "mains_hum", "dead")
+
+
+@dataclass(frozen=True)
+class EmgMap:
+    """Channels of a laboratory.
+
+    Attributes
+    ----------
+    path : file
+    labels : channel -> label in the recordings
+    muscles : channel -> muscle groups of the model under the electrode
+    neighbours : pairs of channels
+    delay_s : what the EMG clock shows when the clock of the motion shows zero
+    """
+
+    path: Path
+    labels: Mapping[str, str]
+    muscles: Mapping[str, tuple[str, ...]]
+    neighbours: tuple[tuple[str, ...], ...]
+    delay_s: float
+
+
+@dataclass(frozen=True)
+class EmgPipeline:
+    """How EMG is processed and what it has to pass: sections of the study's configuration."""
+
+    envelope: EnvelopeSettings
+    quality: QualityLimits
+
+
+@dataclass(frozen=True, eq=False)
+class Contractions:
+    """Maximal contractions: the recordings, and the amplitude of each channel in the best, (C,)."""
+
+    recordings: tuple[Recording, ...]
+    amplitudes_v: Array
+
+
+def read_emg_map(path: Path) -> EmgMap:
+    """Read and check a map of EMG channels.
+
+    Raises
+    ------
+    ConfigError                      names file, key, what was expected, and the remedy
+    """
+    document = read_map(path, EMG_MAP_SCHEMA)
+    channels = document["channels"]
+    pairs = tuple(tuple(pair) for pair in document.get("neighbours", ()))
+    unknown = sorted({name for pair in pairs for name in pair} - set(channels))
+    if unknown:
+        raise ConfigError(
+            f"{path}, neighbours: {', '.join(unknown)}; expected channels: {', '.join(channels)}."
+        )
+    return EmgMap(
+        path=path,
+        labels={name: entry["label"] for name, entry in channels.items()},
+        muscles={name: tuple(entry["muscles"]) for name, entry in channels.items()},
+        neighbours=pairs,
+        delay_s=float(document.get("delay_s", 0.0)),
+    )
+
+
+def check_muscles(emg_map: EmgMap, groups: Sequence[str]) -> None:
+    """Refuse muscle groups that the model does not have.
+
+    Raises
+    ------
+    ConfigError                      names file, channel and the groups that there are
+    """
+    for channel, muscles in emg_map.muscles.items():
+        unknown = [name for name in muscles if name not in groups]
+        if unknown:
+            raise ConfigError(
+                f"{emg_map.path}, channels.{channel}.muscles: {', '.join(unknown)}; expected "
+                f"muscle groups of the model: {', '.join(sorted(set(groups)))}."
+            )
+
+
+def read_pipeline(config: Path) -> EmgPipeline:
+    """Settings of the study's EMG pipeline from its configuration.
+
+    Raises
+    ------
+    ConfigError                      the configuration cannot be read, or its schema refuses it
+    """
+    section = read_config(config)["emg"]
+    return EmgPipeline(EnvelopeSettings(**section["envelope"]), QualityLimits(**section["quality"]))
+
+
+def read_contractions(
+    files: Sequence[Path], emg_map: EmgMap, pipeline: EmgPipeline
+) -> Contractions:
+    """Maximal contractions; every channel is scaled by its largest amplitude over all of them.
+
+    Raises
+    ------
+    DataError                        no recording, or one that cannot be used
+    """
+    if not files:
+        raise DataError("no maximal contractions; expected a recording or more. Name them: --mvc.")
+    recordings = tuple(_read(file, emg_map) for file in files)
+    amplitudes = np.max([mvc_amplitudes(r, pipeline.envelope) for r in recordings], axis=0)
+    return Contractions(recordings, amplitudes)
+
+
+def _read(file: Path, emg_map: EmgMap) -> Recording:
+    """A recording by labels; in CSV files the columns are <label>_V."""
+    if file.suffix.lower() == ".csv":
+        recording = read_recording(file, tuple(emg_map.labels.values()))
+        return replace(recording, channels=tuple(emg_map.labels))
+    return read_recording(file, tuple(emg_map.labels), emg_map.labels)
+
+
+def process_trial(
+    file: Path, contractions: Contractions, emg_map: EmgMap, pipeline: EmgPipeline
+) -> tuple[Envelopes, list[Check]]:
+    """Envelopes of a trial as fractions of the maximal contraction, and all checks.
+
+    Raises
+    ------
+    DataError                        the recording cannot be used
+    """
+    raw = _read(file, emg_map)
+    first = contractions.recordings[0]
+    envelopes = normalised_envelopes(raw, first, pipeline.envelope, emg_map.delay_s)
+    share = mvc_amplitudes(first, pipeline.envelope) / contractions.amplitudes_v
+    names = tuple(emg_map.labels)
+    scaled = Envelopes(names, envelopes.time_s, envelopes.values * share, envelopes.simulated)
+    checks = check_recording("trial", raw, pipeline.envelope, pipeline.quality)
+    for recording in contractions.recordings:
+        checks += check_recording("mvc", recording, pipeline.envelope, pipeline.quality)
+    checks += check_envelopes(scaled, pipeline.quality)
+    return scaled, checks
+
+
+def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
+    """Channels whose envelopes mean nothing -> the check that says so, the trial's own first.
+
+    A contraction may miss a channel that another one holds, so only the trial's recording counts.
+    """
+    return {
+        check.channel: check
+        for check in reversed(checks)
+        if not check.passed and check.check in SPOILING and check.recording == "trial"
+    }
+
+
+def write_emg(
+    table: Path, envelopes: Envelopes, checks: Sequence[Check], keep_spoilt: bool
+) -> tuple[str, ...]:
+    """Write ``STEM_emg.csv`` and its quality beside a trial table; returns the channels written.
+
+    Parameters
+    ----------
+    table : Path                     CSV to write: time_s, EMG_<channel> as fractions of the MVC
+    envelopes, checks : of the trial
+    keep_spoilt : also write channels whose envelopes mean nothing
+
+    Raises
+    ------
+    DataError                        no channel is left
+    """
+    spoilt = {} if keep_spoilt else spoilt_channels(checks)
+    kept = [i for i, name in enumerate(envelopes.channels) if name not in spoilt]
+    write_quality(table.with_name(f"{table.stem}_quality.json"), checks, envelopes.simulated)
+    if not kept:
+        raise DataError(
+            f"{table.name}: no channel left; {describe(next(iter(spoilt.values())))}. Check "
+            "amplifier and electrodes."
+        )
+    names = tuple(envelopes.channels[i] for i in kept)
+    columns = [f"EMG_{name}" for name in names]
+    write_signals(table, columns, envelopes.time_s, envelopes.values[:, kept], envelopes.simulated)
+    return names
+
+
+def describe(check: Check) -> str:
+    """A failed check in words."""
+    return (
+        f"channel {check.channel}, {check.recording}: {check.check} {check.value:.3g} "
+        f"{check.unit}; allowed {check.threshold:g}"
+    )
+
+
+def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
+    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+    path = folder / PARTICIPANT_FILE
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="utf-8")
+    document = yaml.safe_load(text)
+    pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
+    document["emg"] = {
+        "unit": "fraction_of_mvc",
+        "channels": {f"EMG_{name}": list(emg_map.muscles[name]) for name in channels},
+        "neighbours": [[f"EMG_{name}" for name in pair] for pair in pairs],
+    }
+    comment = "".join(line for line in text.splitlines(keepends=True) if line.startswith("#"))
+    body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=100)
+    path.write_text(comment + body, encoding="utf-8")
+    return path

@@ -1,0 +1,1 @@
+"""Markers on the skin: files, landmarks, segment frames."""

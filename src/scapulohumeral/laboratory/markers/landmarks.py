@@ -1,0 +1,277 @@
+"""Bony landmarks over time, from the markers of a recording and the map of a laboratory.
+
+Letters: T frames, K markers of a cluster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.laboratory.markers.files import Markers, read_markers
+from scapulohumeral.laboratory.markers.frames import SCAPULA, scapula_frame
+from scapulohumeral.laboratory.markers.gaps import Gap, fill_gaps
+from scapulohumeral.laboratory.markers.glenohumeral import (
+    Centre,
+    fit_centre,
+    meskers_centre,
+    model_centre,
+)
+from scapulohumeral.laboratory.markers.marker_map import Cluster, MarkerMap
+from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.tables import ModelTables
+
+# Distance of IJ and C7 from children to the largest adults: beyond, the unit is not what it says.
+CHEST_DEPTH_M = (0.05, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """Landmarks of a right arm, left ones mirrored.
+
+    Attributes
+    ----------
+    source : file
+    time_s : (T,)
+    rate_hz : frames per second
+    points : landmark -> (T, 3) [m], laboratory axes
+    up : (3,) unit vector, or None if nothing says where up is
+    unit : of lengths in the file
+    gaps : filled gaps of markers
+    centre : how the glenohumeral centre was found, in words
+    """
+
+    source: Path
+    time_s: Array
+    rate_hz: float
+    points: Mapping[str, Array]
+    up: Array | None
+    unit: str
+    gaps: tuple[Gap, ...]
+    centre: str
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a map and its calibrating trials say once, for all recordings of a session.
+
+    Attributes
+    ----------
+    marker_map, tables
+    templates : cluster -> (markers (K, 3), landmark -> (3,)), both in the axes of the static trial
+    centre : fitted glenohumeral centre in scapula axes from AA, or None
+    """
+
+    marker_map: MarkerMap
+    tables: ModelTables
+    templates: Mapping[str, tuple[Array, Mapping[str, Array]]]
+    centre: Centre | None
+
+
+def calibrate(marker_map: MarkerMap, tables: ModelTables) -> Calibration:
+    """Read the static trial of clusters and the trial of a functional centre, where there are any.
+
+    Raises
+    ------
+    DataError                        one of them is missing or cannot be used
+    """
+    templates: dict[str, tuple[Array, Mapping[str, Array]]] = {}
+    if marker_map.clusters and marker_map.static is not None:
+        static = _read(marker_map.static, "static")
+        templates = {c.name: _template(marker_map, c, static) for c in marker_map.clusters}
+    calibration = Calibration(marker_map, tables, templates, None)
+    if marker_map.functional_trial is None:
+        return calibration
+    return Calibration(marker_map, tables, templates, _functional(calibration))
+
+
+def _read(path: Path, key: str) -> Markers:
+    if not path.is_file():
+        raise DataError(
+            f"{path}: no such file; the marker map names it under {key}. Correct the name, which "
+            "counts from the folder of the map."
+        )
+    return read_markers(path)
+
+
+def read_landmarks(path: Path, calibration: Calibration) -> Landmarks:
+    """Landmarks of a recording, without GH if nothing gives it.
+
+    Raises
+    ------
+    DataError                        a missing marker, a gap that cannot be filled, a wrong unit, or
+                                     an arm on the other side; names file, marker and frame
+    """
+    markers = read_markers(path)
+    points, gaps = _bony_points(markers, calibration)
+    _check_size(markers, points)
+    if calibration.marker_map.side == "left":
+        points, up = _mirrored(points, _up(markers, calibration.marker_map))
+    else:
+        up = _up(markers, calibration.marker_map)
+    _check_side(markers, calibration.marker_map, points)
+    words = _add_centre(points, calibration)
+    return Landmarks(path, markers.time_s, markers.rate_hz, points, up, markers.unit, gaps, words)
+
+
+def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, Array], tuple]:
+    """Landmarks by markers of their own or by clusters, and the gaps that were filled."""
+    filled: dict[str, Array] = {}
+    gaps: list[Gap] = []
+
+    def track(label: str) -> Array:
+        if label not in filled:
+            column = markers.points_m[:, markers.column(label)]
+            _check_seen(markers, label, column)
+            filled[label], found = fill_gaps(markers.source, label, column, markers.rate_hz)
+            gaps.extend(found)
+        return filled[label]
+
+    carried: dict[str, Array] = {}
+    for cluster in calibration.marker_map.clusters:
+        cloud = np.stack([track(label) for label in cluster.markers], axis=1)
+        carried |= _carried(calibration.templates[cluster.name], cloud)
+    points = {
+        name: carried[name] if name in carried else _mean([track(label) for label in labels])
+        for name, labels in calibration.marker_map.landmarks.items()
+        if not (name == "GH" and calibration.marker_map.method != "marker")
+    }
+    return points, tuple(gaps)
+
+
+def _mean(tracks: Sequence[Array]) -> Array:
+    return np.mean(tracks, axis=0)
+
+
+def _check_seen(markers: Markers, label: str, track: Array) -> None:
+    if not np.isfinite(track).all(axis=1).any():
+        raise DataError(
+            f"{markers.source}, marker {label}: not seen in any of {len(track)} frames (positions "
+            "of exactly zero count as not seen). Label it in the recording, or map another."
+        )
+
+
+def _template(
+    marker_map: MarkerMap, cluster: Cluster, static: Markers
+) -> tuple[Array, Mapping[str, Array]]:
+    """Mean places of a cluster and its landmarks in the static trial."""
+
+    def place(label: str) -> Array:
+        track = static.points_m[:, static.column(label)]
+        _check_seen(static, label, track)
+        return np.nanmean(track, axis=0)
+
+    cloud = np.array([place(label) for label in cluster.markers])
+    spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    if spread[1] < 0.005:
+        raise DataError(
+            f"{static.source}, cluster {cluster.name}: markers {', '.join(cluster.markers)} lie "
+            f"within {1e3 * spread[1]:.1f} mm of a line; expected a triangle. Add a marker."
+        )
+    landmarks = {
+        name: np.mean([place(label) for label in marker_map.landmarks[name]], axis=0)
+        for name in cluster.landmarks
+    }
+    return cloud, landmarks
+
+
+def _carried(template: tuple[Array, Mapping[str, Array]], cloud: Array) -> dict[str, Array]:
+    """Landmarks (T, 3) that a cluster carries along: the rigid motion closest to its markers.
+
+    Parameters
+    ----------
+    template : markers (K, 3) and landmarks (3,) in the static trial
+    cloud : array, shape (T, K, 3)   markers in the recording
+    """
+    reference, landmarks = template
+    centre, moved = reference.mean(axis=0), cloud.mean(axis=1)
+    turns = [
+        Rotation.align_vectors(frame - middle, reference - centre)[0].as_matrix()
+        for frame, middle in zip(cloud, moved, strict=True)
+    ]
+    return {name: moved + np.array(turns) @ (p - centre) for name, p in landmarks.items()}
+
+
+def _check_size(markers: Markers, points: Mapping[str, Array]) -> None:
+    depth = float(np.median(np.linalg.norm(points["IJ"] - points["C7"], axis=1)))
+    low, high = CHEST_DEPTH_M
+    if not low <= depth <= high:
+        raise DataError(
+            f"{markers.source}: IJ and C7 are {depth:g} m apart with the unit '{markers.unit}' of "
+            f"the file; expected {low} to {high} m. Correct the unit in the file, or the map."
+        )
+
+
+def _up(markers: Markers, marker_map: MarkerMap) -> Array | None:
+    text = marker_map.up or markers.up
+    if text is None or len(text) != 2 or text[1] not in "xyz":
+        return None
+    return np.eye(3)["xyz".index(text[1])] * (-1.0 if text[0] == "-" else 1.0)
+
+
+def _mirrored(
+    points: Mapping[str, Array], up: Array | None
+) -> tuple[dict[str, Array], Array | None]:
+    """A left arm as a right one, mirrored at a plane that contains the vertical."""
+    axis = 0 if up is None or up[0] == 0.0 else 1
+    sign = np.ones(3)
+    sign[axis] = -1.0
+    return {name: point * sign for name, point in points.items()}, up
+
+
+def _check_side(markers: Markers, marker_map: MarkerMap, points: Mapping[str, Array]) -> None:
+    """Refuse an arm that lies to the left of the thorax, once left arms are mirrored."""
+    from scapulohumeral.laboratory.markers.frames import thorax_frame
+
+    thorax = thorax_frame(points)
+    arm = _mean([points[name] for name in ("EL", "EM", *SCAPULA) if name in points])
+    sideways = np.einsum("ti,ti->t", arm - points["IJ"], thorax[:, :, 0])
+    if float(np.median(sideways)) < 0.0:
+        other = {"right": "left", "left": "right"}[marker_map.side]
+        raise DataError(
+            f"{markers.source}: the arm lies {-1e3 * float(np.median(sideways)):.0f} mm to the "
+            f"other side of the thorax than side: {marker_map.side} says. Write side: {other} in "
+            "the marker map; if the side is right, look for swapped markers IJ, C7 or PX, T8."
+        )
+
+
+def _functional(calibration: Calibration) -> Centre:
+    marker_map = calibration.marker_map
+    path = marker_map.functional_trial
+    if path is None:
+        raise ConfigError(f"{marker_map.path}, glenohumeral.trial: missing. Name a recording.")
+    markers = _read(path, "glenohumeral.trial")
+    points, _ = _bony_points(markers, calibration)
+    labels = marker_map.functional_markers
+    tracks = {label: markers.points_m[:, markers.column(label)] for label in labels}
+    tracks = tracks or {name: points[name] for name in ("EL", "EM")}
+    if marker_map.side == "left":
+        points = _mirrored(points, _up(markers, marker_map))[0]
+        tracks = _mirrored(tracks, _up(markers, marker_map))[0]
+    scapula = scapula_frame(points)
+    local = [np.einsum("tji,tj->ti", scapula, p - points["AA"]) for p in tracks.values()]
+    seen = [p[np.isfinite(p).all(axis=1)] for p in local]
+    return fit_centre(str(path), seen, tuple(tracks))
+
+
+def _add_centre(points: dict[str, Array], calibration: Calibration) -> str:
+    """Put GH into the landmarks; returns how it was found, in words."""
+    method = calibration.marker_map.method
+    if method == "meskers":
+        points["GH"] = meskers_centre(points)
+        return "regression on AC, AA, TS, AI and PC (Meskers et al. 1998)"
+    if method == "model":
+        points["GH"] = model_centre(calibration.tables, points, scapula_frame(points))
+        return "centre of the model's scapula, scaled to the length from TS to AA"
+    if calibration.centre is not None:
+        centre = calibration.centre
+        points["GH"] = points["AA"] + scapula_frame(points) @ centre.position_m
+        place = ", ".join(f"{1e3 * v:.1f}" for v in centre.position_m)
+        fit = f"fit of spheres, {1e3 * centre.residual_m:.1f} mm RMS"
+        return f"{fit}: ({place}) mm from AA in scapula axes"
+    return "marker"

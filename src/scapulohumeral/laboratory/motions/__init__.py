@@ -1,0 +1,1 @@
+"""Motions of other OpenSim models, and orientations of segments."""

@@ -1,0 +1,223 @@
+"""Files that tell who recordings are of: for a diagnosis, and for the whole study.
+
+Letters: T frames.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.tables import ModelTables
+
+GRAVITY_MPS2 = 9.80665
+SCALED_FILE = "scaled.yaml"
+PARTICIPANT_FILE = "participant.yaml"
+# Common for recordings of markers on skin.
+SMOOTH_CUTOFF_HZ = 6.0
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who was recorded: id, size, scale factors by segment, mean gravity in thorax axes (3,)."""
+
+    id: str
+    body: Body
+    scale: Mapping[str, float]
+    gravity_mps2: tuple[float, ...]
+
+
+def mean_gravity(thoraxes: Sequence[tuple[Array, Array | None]]) -> tuple[float, ...]:
+    """Gravity in thorax axes [m/s^2], its direction the mean over recordings.
+
+    Parameters
+    ----------
+    thoraxes : per recording the thorax (T, 3, 3) in the laboratory and the axis (3,) that points up
+
+    Raises
+    ------
+    ConfigError                      nothing says where up is
+    """
+    known = [(thorax, up) for thorax, up in thoraxes if up is not None]
+    ups = [np.einsum("tji,j->i", thorax, up) / len(thorax) for thorax, up in known]
+    if not ups:
+        raise ConfigError(
+            "nothing says which axis of the laboratory points up, so gravity is not known. Write "
+            'up: "+z", or another axis, in the map.'
+        )
+    up = np.mean(ups, axis=0)
+    gravity = -GRAVITY_MPS2 * up / np.linalg.norm(up)
+    return tuple(round(float(value), 5) for value in gravity)
+
+
+def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """What names of trials say: stem -> task and repeat.
+
+    Parameters
+    ----------
+    pattern : regular expression with the groups `task` and `repeat`, searched in each name
+    stems : names of trials
+
+    Raises
+    ------
+    ConfigError                      the pattern is none, lacks a group, or fits no name
+    """
+    try:
+        compiled = re.compile(pattern)
+    except re.error as error:
+        raise ConfigError(f"--tasks '{pattern}': no regular expression: {error}.") from error
+    if {"task", "repeat"} - set(compiled.groupindex):
+        raise ConfigError(
+            f"--tasks '{pattern}': expected groups (?P<task>...) and (?P<repeat>...), as in "
+            r"'(?P<task>[a-z]+)_.*_(?P<repeat>\d+)$'."
+        )
+    found = {stem: compiled.search(stem) for stem in stems}
+    named = {stem: match for stem, match in found.items() if match}
+    if not named:
+        raise ConfigError(f"--tasks '{pattern}': fits none of {', '.join(stems)}. Correct it.")
+    return {
+        stem: {"task": match["task"], "repeat": int(match["repeat"])}
+        for stem, match in named.items()
+    }
+
+
+def write_diagnosis_participant(
+    folder: Path, person: Person, tables: ModelTables, trials: Mapping[str, Mapping[str, Any]]
+) -> Path:
+    """Write participant.yaml and scaled.yaml of a diagnosis; returns the former.
+
+    Parameters
+    ----------
+    folder : of the trial tables
+    person, tables : who it is, and the base model
+    trials : stem -> task and repeat, as from `task_and_repeat`
+    """
+    masses = segment_masses(person.body, tables)
+    scaled = {
+        "bodies": [{"name": n, "mass_kg": round(m, 5)} for n, m in masses.items()],
+        "segment_scale": [
+            {"segment": n, "scale_xyz": [round(factor, 5)] * 3}
+            for n, factor in person.scale.items()
+        ],
+    }
+    document: dict[str, Any] = {
+        "schema": "participant/1",
+        "id": person.id,
+        "side": "right",
+        "model": {"file": SCALED_FILE},
+        "gravity_in_thorax_mps2": list(person.gravity_mps2),
+    }
+    if trials:
+        document["trials"] = {stem: dict(entry) for stem, entry in trials.items()}
+    folder.mkdir(parents=True, exist_ok=True)
+    _write(folder / SCALED_FILE, scaled, "Scale factors from landmarks, masses from de Leva 1996.")
+    path = folder / PARTICIPANT_FILE
+    _write(path, document, "Left arms were mirrored: the side is that of the model.")
+    return path
+
+
+def write_study_participant(
+    folder: Path, person: Person, tables: ModelTables, trials: Mapping[str, Path]
+) -> Path:
+    """Write a participant of the study, with copies of its trials; returns participant.yaml.
+
+    Parameters
+    ----------
+    folder : of all participants; the person's own is made in it
+    person, tables : who it is, and the base model
+    trials : name -> trial table
+
+    Raises
+    ------
+    ConfigError                      names that the study cannot use
+    DataError                        a trial table cannot be read
+    """
+    _check_names(person, trials)
+    for table in trials.values():
+        read_motion(table)
+    own = folder / person.id
+    own.mkdir(parents=True, exist_ok=True)
+    for name, table in trials.items():
+        _copy(table, own / f"{name}.csv")
+    path = own / PARTICIPANT_FILE
+    _write(
+        path,
+        _study_document(person, tables, trials),
+        "Scale factors from landmarks; mass.published_total_kg gives the arm the mass that de Leva "
+        "1996\n# gives for this body mass. Set hand_load_kg and daily_task where they apply.",
+    )
+    # The reader of the study has the last word on what it can use.
+    read_participant(folder, person.id)
+    return path
+
+
+def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
+    """Refuse names that the study cannot use."""
+    if not re.fullmatch(r"[a-z0-9]+", person.id):
+        raise ConfigError(f"id '{person.id}': expected small letters and digits. Rename it.")
+    wrong = [name for name in trials if not re.fullmatch(r"[a-z0-9_]+", name)]
+    if wrong:
+        raise ConfigError(
+            f"trial {', '.join(wrong)}: expected small letters, digits and _. Rename the tables."
+        )
+
+
+def _study_document(person: Person, tables: ModelTables, trials: Iterable[str]) -> dict[str, Any]:
+    """Content of participant.yaml of a participant of the study."""
+    masses = segment_masses(person.body, tables)
+    return {
+        "schema": "participant/1",
+        "id": person.id,
+        "side": "right",
+        "sex": person.body.sex,
+        "height_m": person.body.height_m,
+        "body_mass_kg": person.body.mass_kg,
+        "gravity_in_thorax_mps2": list(person.gravity_mps2),
+        "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
+        "mass": {
+            "published_total_kg": round(total_mass(masses, tables), 4),
+            "preserve_mass_distribution": True,
+        },
+        "trials": {
+            name: {
+                "file": f"{name}.csv",
+                "hand_load_kg": 0.0,
+                "published": None,
+                "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ,
+            }
+            for name in trials
+        },
+    }
+
+
+def _copy(table: Path, to: Path) -> None:
+    if table.resolve() == to.resolve():
+        raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
+    shutil.copyfile(table, to)
+
+
+def _write(path: Path, document: Mapping[str, Any], comment: str) -> None:
+    text = yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=100)
+    path.write_text(f"# {comment}\n{text}", encoding="utf-8")
+
+
+def gravity_of_records(records: Sequence[Mapping[str, Any]]) -> tuple[float, ...] | None:
+    """Mean gravity in thorax axes of records of conversions; None if none of them knows it."""
+    known = [r["gravity_in_thorax_mps2"] for r in records if r.get("gravity_in_thorax_mps2")]
+    if not known:
+        return None
+    mean = np.mean(known, axis=0)
+    scaled = GRAVITY_MPS2 * mean / np.linalg.norm(mean)
+    return tuple(round(float(value), 5) for value in scaled)

@@ -1,0 +1,1 @@
+"""Muscle lengths: sampled in OpenSim, fitted as functions of the pose."""

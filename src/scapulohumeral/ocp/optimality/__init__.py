@@ -1,0 +1,1 @@
+"""Certificates of solutions and their derivatives, from the KKT matrix."""

@@ -1,0 +1,142 @@
+"""Solve on coarse meshes first: most iterations then cost a fraction of one on the fine mesh.
+
+Every mesh is solved down to the same barrier per time, at which slacks are large enough for the
+next mesh to start from; the last one goes on to the tolerance. Whatever fails on the way, the
+problem is solved on its own mesh alone, and the result says so.
+
+Letters: N nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.solving.checkpoint import Checkpoint
+from scapulohumeral.ocp.solving.mesh_transfer import transfer
+from scapulohumeral.ocp.solving.solver import Recorder, Result, SolverSettings, Start, run_phases
+
+# Problems of one family by number of nodes and Hessian mode.
+Family = Callable[[int, str], Problem]
+
+# Shares of the intervals of a mesh on the way to it, and the fewest that a mesh may have: with
+# fewer an elevation is no longer the same movement.
+COARSENING = (4, 2)
+FEWEST_INTERVALS = 15
+# Tolerance of a solution that is only a start; looser ones stop at saddle points.
+LOOSE = 1e-6
+# Most Gauss-Newton iterations: after about ten they find no lower objective. Of 10, 15 and 25, with
+# three elevations of par2.
+GAUSS_NEWTON_ITERATIONS = 15
+# IPOPT's last barrier is this share of its tolerance.
+LAST_BARRIER_SHARE = 11.0
+
+
+def coarse_nodes(nodes: int) -> tuple[int, ...]:
+    """Nodes of the meshes on the way to a mesh, coarsest first."""
+    intervals = [round((nodes - 1) / share) for share in COARSENING]
+    return tuple(n + 1 for n in intervals if n >= FEWEST_INTERVALS)
+
+
+def solve_coarse_to_fine(
+    family: Family,
+    nodes: int,
+    start: Start,
+    settings: SolverSettings,
+    log: Path | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Result:
+    """Solve a problem of N nodes over the meshes of ``settings.coarse``.
+
+    Parameters
+    ----------
+    family : problems of any number of nodes
+    start : starting point on the mesh of N nodes; see :func:`solver.solve`
+    checkpoint : of this problem and start; a solve that was interrupted goes on from there
+    """
+    with Recorder.to(log, checkpoint) as recorder:
+        result = _over_meshes(family, nodes, start, settings, recorder)
+    if checkpoint is not None:
+        checkpoint.remove()
+    return result
+
+
+def _over_meshes(
+    family: Family, nodes: int, start: Start, settings: SolverSettings, recorder: Recorder
+) -> Result:
+    point, before, meshes = start, nodes, (*settings.coarse, nodes)
+    found = _interrupted(recorder, meshes)
+    if found is not None:
+        point, before = found
+        meshes = meshes[meshes.index(before) :]
+    for mesh in meshes:
+        point = _carried(family, point, before, mesh)
+        result = _solve(family, mesh, point, _on_the_way(settings, nodes, mesh), recorder)
+        if not result.optimal:
+            return _fallen_back(family, nodes, start, settings, recorder, result)
+        point, before = result.point, mesh
+    return replace(result, meshes=(*settings.coarse, nodes))
+
+
+def _interrupted(recorder: Recorder, meshes: tuple[int, ...]) -> tuple[Start, int] | None:
+    """Where an earlier solve was interrupted: point and nodes of its mesh."""
+    found = recorder.checkpoint.read() if recorder.checkpoint else None
+    if found is None or found.nodes not in meshes:
+        return None
+    recorder.say(
+        f"Goes on from the checkpoint of an interrupted solve: {found.phase}, {found.nodes} nodes, "
+        f"barrier {found.barrier:.1e}."
+    )
+    if found.phase != "exact":
+        return Start(found.free), found.nodes
+    return Start(found.free, found.multipliers, found.lower, found.upper), found.nodes
+
+
+def _solve(
+    family: Family, nodes: int, start: Start, settings: SolverSettings, recorder: Recorder
+) -> Result:
+    return run_phases(lambda mode: family(nodes, mode), start, settings, recorder)
+
+
+def _fallen_back(
+    family: Family,
+    nodes: int,
+    start: Start,
+    settings: SolverSettings,
+    recorder: Recorder,
+    failed: Result,
+) -> Result:
+    remark = (
+        f"mesh of {failed.meshes[0]} nodes on the way: {failed.message} "
+        f"Solved on {nodes} nodes alone."
+    )
+    recorder.say(remark)
+    return replace(_solve(family, nodes, start, settings, recorder), remark=remark)
+
+
+def _carried(family: Family, point: Start, before: int, after: int) -> Start:
+    if before == after:
+        return point
+    return transfer(point, family(before, "gauss-newton"), family(after, "gauss-newton"))
+
+
+def _on_the_way(settings: SolverSettings, nodes: int, mesh: int) -> SolverSettings:
+    """Settings on one of the meshes: at the same barrier per time on all but the last."""
+    if not settings.coarse:
+        return settings
+    if mesh == nodes:
+        # Slacks of the coarse solution are large enough to go to the last barrier at once.
+        return replace(settings, barrier_exact=settings.tolerance / LAST_BARRIER_SHARE)
+    longer = (nodes - 1) / (mesh - 1)
+    barrier = settings.barrier_coarse * longer
+    return replace(
+        settings,
+        tolerance=LOOSE,
+        # One barrier throughout: a higher one to start with costs iterations on the way down.
+        barrier_start=barrier,
+        gauss_newton_iterations=min(settings.gauss_newton_iterations, GAUSS_NEWTON_ITERATIONS),
+        barrier_exact=barrier,
+        barrier_target=max(barrier, settings.barrier_target * longer),
+    )

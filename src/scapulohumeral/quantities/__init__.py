@@ -1,0 +1,1 @@
+"""What solutions mean: angles, rhythm, joint force, moments, tracking errors."""

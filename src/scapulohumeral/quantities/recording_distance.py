@@ -1,0 +1,90 @@
+"""How far a predicted shoulder girdle is from the recorded one and from healthy people.
+
+Compared is the rise of each elevation, at equal elevation of the arm: a prediction on the published
+arm rises at another time, and higher, than the recording. Nodes above the recorded peak are left
+out; below its lowest elevation the recording counts as it began.
+
+Letters: N nodes, T frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scapulohumeral.quantities.population import (
+    INTERNAL_ROTATION,
+    POSTERIOR_TILT,
+    UPWARD_ROTATION,
+    healthy_band,
+)
+from scapulohumeral.quantities.rhythm import rising_part
+from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
+
+CLAVICLE_ELEVATION = 1
+
+
+@dataclass(frozen=True)
+class RecordingDistance:
+    """Distances of one elevation; predicted minus recorded where they have a sign.
+
+    Attributes
+    ----------
+    ur_rmse_deg, ur_bias_rest_deg : upward rotation over the rise, and mean difference at rest
+    tilt_rmse_deg, internal_rotation_rmse_deg, clavicle_elevation_rmse_deg : over the rise
+    in_band_share : nodes of the rise with upward rotation in the band of healthy people [1]; not a
+        number without a band
+    compared_to_deg : elevation up to which the recording goes
+    """
+
+    ur_rmse_deg: float
+    ur_bias_rest_deg: float
+    tilt_rmse_deg: float
+    internal_rotation_rmse_deg: float
+    clavicle_elevation_rmse_deg: float
+    in_band_share: float
+    compared_to_deg: float
+
+
+def recording_distance(
+    pose: np.ndarray, recorded: np.ndarray, plane: str, rest_below_deg: float
+) -> RecordingDistance:
+    """Distance of one predicted elevation, poses (N, 13), from a recorded one, poses (T, 13)."""
+    rise, known = _rise(pose), _rise(recorded)
+    elevation, peak = rise[:, ELEVATION_COLUMN], known[-1, ELEVATION_COLUMN]
+    rise = rise[elevation <= peak]
+    elevation = rise[:, ELEVATION_COLUMN]
+
+    def difference(column: int) -> np.ndarray:
+        levels = np.maximum.accumulate(known[:, ELEVATION_COLUMN])
+        return rise[:, column] - np.interp(elevation, levels, known[:, column])
+
+    def rmse(column: int) -> float:
+        return float(np.sqrt(np.mean(difference(column) ** 2)))
+
+    resting = elevation <= rest_below_deg
+    return RecordingDistance(
+        ur_rmse_deg=rmse(UPWARD_ROTATION),
+        ur_bias_rest_deg=float(difference(UPWARD_ROTATION)[resting].mean()),
+        tilt_rmse_deg=rmse(POSTERIOR_TILT),
+        internal_rotation_rmse_deg=rmse(INTERNAL_ROTATION),
+        clavicle_elevation_rmse_deg=rmse(CLAVICLE_ELEVATION),
+        in_band_share=_in_band(plane, elevation, rise[:, UPWARD_ROTATION]),
+        compared_to_deg=float(elevation[-1]),
+    )
+
+
+def _rise(pose: np.ndarray) -> np.ndarray:
+    """Angles in the thorax, (N, 10) [deg], of the rising part of an elevation."""
+    angles = thorax_angles(pose)
+    return angles[rising_part(angles[:, ELEVATION_COLUMN])]
+
+
+def _in_band(plane: str, elevation: np.ndarray, upward: np.ndarray) -> float:
+    band = healthy_band(plane, UPWARD_ROTATION, elevation)
+    if band is None:
+        return np.nan
+    known = ~np.isnan(band.low)
+    inside = (upward[known] >= band.low[known]) & (upward[known] <= band.high[known])
+    return float(inside.mean()) if known.any() else np.nan

@@ -1,1 +1,0 @@
-"""A laboratory's own recordings, turned into trial tables of the study: markers, motions, EMG."""

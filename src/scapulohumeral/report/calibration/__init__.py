@@ -1,0 +1,1 @@
+"""Chapter on EMG and calibrated muscles."""

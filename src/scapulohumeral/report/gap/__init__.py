@@ -1,0 +1,1 @@
+"""Chapter on the gap between recordings and simulations."""

@@ -1,0 +1,1 @@
+"""Chapters on predicted motions, joint force and moments."""

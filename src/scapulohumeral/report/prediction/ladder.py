@@ -1,0 +1,130 @@
+"""The ladder from the authors' problem to the study's own: which choice moves the scapula how much.
+
+Letters: N nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from scapulohumeral.quantities.published_distance import ANGLES, LEVELS_DEG, at_level
+from scapulohumeral.quantities.rhythm import range_rhythm, rising_part
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
+from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
+from scapulohumeral.report.prediction.against import Predicted
+from scapulohumeral.report.tables import Table
+
+WHOLE_RISE = "start-90"
+NAMES = ("rung", "step", "kind", "condition", "plane", "status")
+KINDS = {"alone_": "alone", "upto_": "cumulative"}
+
+
+def ladder_table(predictions: Sequence[Predicted]) -> pd.DataFrame:
+    """A row per rung, condition and plane, the starting variant first.
+
+    Columns: rung, step, kind (start, alone, cumulative), condition, plane, status, upward rotation
+    at fixed elevations and at the peak, clavicle elevation, rhythm over the whole rise by the
+    paper's estimator, joint force at rest and at the peak [N], effort (activation term), objective.
+    """
+    return pd.DataFrame([row for one in predictions for row in _rows(one)])
+
+
+def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
+    rung = one.names["variant"]
+    prefix = next((p for p in KINDS if rung.startswith(p)), "")
+    about = {
+        "rung": rung,
+        "step": rung.removeprefix(prefix),
+        "kind": KINDS.get(prefix, "start"),
+        "condition": one.names["condition"],
+        "status": one.names["status"],
+    }
+    angles = thorax_angles(one.solution.pose)
+    force = np.linalg.norm(one.solution.reaction_N, axis=1)
+    for plane, (first, stop) in one.summary["planes"].items():
+        row = {**about, "plane": plane}
+        if one.solved:
+            part = angles[first:stop]
+            rise = rising_part(part[:, ELEVATION_COLUMN])
+            row |= {
+                f"ur_{level:g}_deg": at_level(part, UPWARD_ROTATION_COLUMN, level)
+                for level in LEVELS_DEG
+            }
+            row |= {
+                "ur_peak_deg": float(part[:, UPWARD_ROTATION_COLUMN].max()),
+                "clavicle_15_deg": at_level(part, ANGLES["clavicle_elevation"], 15.0),
+                "clavicle_70_deg": at_level(part, ANGLES["clavicle_elevation"], 70.0),
+                "rhythm": range_rhythm(
+                    part[rise, ELEVATION_COLUMN], part[rise, UPWARD_ROTATION_COLUMN]
+                )[WHOLE_RISE],
+                "gh_force_rest_N": float(force[first:stop][rise.start]),
+                "gh_force_peak_N": float(force[first:stop].max()),
+                "effort": one.summary["terms"]["activation"],
+                "objective": one.summary["objective"],
+                "stop_moment_median_Nm": one.summary["stop_moment_median_Nm"],
+            }
+        yield row
+
+
+@styled
+def ladder_figure(table: pd.DataFrame) -> Picture:
+    """Upward rotation of each rung at fixed elevations of the arm, a panel per plane and kind."""
+    planes = list(dict.fromkeys(table.plane))
+    drawing = Drawing(len(planes), 2, (11.5, 1.0 + 2.6 * len(planes)))
+    colours = [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.15, 0.95, len(LEVELS_DEG))]
+    lines = {
+        f"arm at {level:g} deg": {"color": colour, "marker": "o", "linestyle": "none"}
+        for level, colour in zip(LEVELS_DEG, colours, strict=True)
+    }
+    for row, plane in zip(drawing.axes, planes, strict=True):
+        for panel, kind in zip(row, ("alone", "cumulative"), strict=True):
+            part = table[(table.plane == plane) & table.kind.isin(["start", kind])]
+            panel.set_title(f"{plane} plane, {kind}", loc="left")
+            _draw_rungs(drawing, panel, part, lines)
+    for panel in drawing.axes[-1]:
+        panel.set_xlabel("upward rotation [deg]")
+    drawing.legend(lines)
+    return drawing.finish(
+        "ladder",
+        "Upward rotation of the predicted scapula while the arm rises. First row of each panel: "
+        "the authors' problem, continued by thin lines; below it one choice at a time taken back "
+        "to the study's own (left), or all choices up to it (right). Rungs without marks did not "
+        "converge.",
+    )
+
+
+def _draw_rungs(
+    drawing: Drawing, panel: Axes, part: pd.DataFrame, lines: Mapping[str, Any]
+) -> None:
+    places = np.arange(len(part), dtype=float)
+    for (label, line), level in zip(lines.items(), LEVELS_DEG, strict=True):
+        values = part.get(f"ur_{level:g}_deg", pd.Series(np.nan, index=part.index)).to_numpy()
+        panel.plot(values, places, markersize=4, **line)
+        panel.axvline(values[0], color=line["color"], linewidth=0.6, alpha=0.6)
+        drawing.keep(panel.get_title(loc="left"), label, places, values)
+    panel.set_yticks(places, part.step, fontsize=7)
+    panel.invert_yaxis()
+
+
+def ladder_rows(table: pd.DataFrame) -> Table:
+    """All rungs as text; marked: not converged."""
+    numbers = [column for column in table.columns if column not in NAMES]
+    rows = [
+        (
+            *(str(row[name]) for name in NAMES),
+            *("" if pd.isna(row[key]) else f"{row[key]:.3g}" for key in numbers),
+        )
+        for row in table.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
+    return Table((*NAMES, *numbers), rows, flagged)

@@ -1,0 +1,250 @@
+"""Verdicts on predictions against recordings, published motions and implants.
+
+Limits are those of config/targets.yaml, which was fixed before the runs that it judges. A limit
+whose prediction failed or was not asked for is missed, not left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.published.paper import ORTHOLOAD_BW
+from scapulohumeral.report.tables import Table
+from scapulohumeral.report.targets import Verdict
+
+NOTHING = "no prediction"
+RHYTHM_CELLS = 24
+# Variant of the configuration that differs from the study in the arm it follows only.
+SAME_MODEL_ON_PUBLISHED_ARM = "study_arm"
+
+
+def prediction_verdicts(judged: Judged) -> list[Verdict]:
+    """All limits of config/targets.yaml that these tables answer."""
+    return [
+        *recording_verdicts(judged.targets["against_recording"], judged.recording),
+        *published_verdicts(judged.targets["against_published"], judged.published),
+        *force_verdicts(judged.targets["joint_force"], judged.recording),
+        *cuff_effects(judged.targets["cuff_effect"], judged.published),
+    ]
+
+
+def recording_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """Distances of the healthy predictions of the study's model from recordings and people."""
+    rows = _of(table, variant=limits["variant"], condition=limits["condition"], arm="own")
+    least = {
+        "upward_rotation_rmse_deg": ("ur_rmse_deg", "upward rotation against the recording, RMSE"),
+        "rest_bias_deg": ("ur_bias_rest_deg", "upward rotation at rest against the recording"),
+    }
+    for key, (column, words) in least.items():
+        for participant, limit in limits[key].items():
+            name = f"{participant}, healthy prediction: {words}, worst plane"
+            yield _at_most(name, _of(rows, participant=participant), column, limit, " deg")
+    for participant, limit in limits["in_band_share"].items():
+        own = _of(rows, participant=participant)
+        name = f"{participant}, healthy prediction: share of the rise in the healthy band"
+        yield _at_least(name, own, "in_band_share", limit)
+    for participant in limits["upward_rotation_rmse_deg"]:
+        own = _of(rows, participant=participant)
+        name = f"{participant}, healthy prediction: share outside the fitted muscle paths"
+        yield _at_most(name, own, "outside_fit_share", limits["outside_fit_share"], "")
+        name = f"{participant}, healthy prediction: median moment of the joint stops"
+        limit = limits["stop_moment_median_Nm"]
+        yield _at_most(name, own, "stop_moment_median_Nm", limit, " N m")
+
+
+def published_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """Whether the authors' problem gives the authors' results on the published arm."""
+    rows = _of(table, variant=limits["variant"], participant=limits["participant"])
+    for key in ("upward_rotation_rmse_deg", "clavicle_elevation_rmse_deg"):
+        for condition in limits["conditions"]:
+            part = _of(rows, quantity=key, condition=condition)
+            words = key.removesuffix("_rmse_deg").replace("_", " ")
+            name = f"authors' problem, {condition}: {words} against the published curve, RMSE"
+            yield _at_most(name, part, "reproduced", limits[key], " deg")
+    yield _rhythm_cells(limits, rows)
+    for plane, fall in limits["peak_fall_deg"].items():
+        part = _of(rows, quantity="upward_rotation_fall_deg", phase="peak", condition="cuff_w10")
+        name = f"authors' problem, cuff lost: fall of peak upward rotation, {plane} plane"
+        yield _near(name, _of(part, plane=plane), fall, limits["peak_fall_tolerance_deg"])
+    yield _generic_clavicle(limits, rows)
+    level = f"at {limits['graded_elevation_deg']:g} deg"
+    for condition, falls in limits["graded_fall_deg"].items():
+        part = _of(rows, quantity="upward_rotation_fall_deg", phase=level, condition=condition)
+        for plane, fall in falls.items():
+            name = f"authors' problem, {condition}: fall of upward rotation {level}, {plane} plane"
+            yield _near(name, _of(part, plane=plane), fall, limits["graded_fall_tolerance_deg"])
+
+
+def force_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """Joint force of the study's model: at rest, and against implants where the arm rises as high.
+
+    Implants were measured with arms at about 90 deg, which only the published arm reaches.
+    """
+    rows = _of(table, condition=limits["condition"])
+    own = _of(rows, variant=limits["variant"])
+    name = "glenohumeral force at rest, healthy prediction, worst plane and participant"
+    yield _at_most(name, own, "gh_force_rest_bw", limits["rest_percent_bw"], " %BW")
+    high = _of(rows, variant=SAME_MODEL_ON_PUBLISHED_ARM)
+    for plane, (mean, sd, _) in ORTHOLOAD_BW.items():
+        name = f"peak glenohumeral force against implants, published arm, {plane} plane"
+        tolerance = limits["implants_sd"] * sd
+        target = f"{mean:g} ± {tolerance:g} %BW"
+        part = _of(high, plane=plane)
+        if part.empty or part.gh_force_peak_bw.isna().any():
+            yield Verdict(name, NOTHING, target, holds=False)
+            continue
+        peak = float(part.gh_force_peak_bw.iloc[0])
+        yield Verdict(name, f"{peak:.1f} %BW", target, abs(peak - mean) <= tolerance)
+
+
+def cuff_effects(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """What losing the cuff does at one weight of joint stability, stated with its sign."""
+    for variant in (SAME_MODEL_ON_PUBLISHED_ARM, "published"):
+        for healthy, cuff in limits["pairs"]:
+            name = f"{variant}: fall of upward rotation at 70 deg, {cuff} against {healthy}"
+            kind = "fall_deg" if healthy == "healthy" else "fall_equal_weight_deg"
+            part = _of(table, variant=variant, condition=cuff, quantity=f"upward_rotation_{kind}")
+            part = _of(part, phase="at 70 deg")
+            if part.empty:
+                yield Verdict(name, NOTHING, "stated", holds=False)
+                continue
+            pairs = zip(part.plane, part.reproduced, strict=True)
+            words = ", ".join(f"{plane} {value:+.1f}" for plane, value in pairs)
+            yield Verdict(name, f"{words} deg", "stated", holds=True)
+
+
+def participants_table(judged: Judged) -> Table:
+    """Per participant: attempted, solved, and usable, which means that all its limits hold."""
+    limits = judged.targets["against_recording"]
+    table = _of(
+        judged.recording, variant=limits["variant"], condition=limits["condition"], arm="own"
+    )
+    verdicts = list(recording_verdicts(limits, judged.recording))
+    rows = []
+    for participant in limits["upward_rotation_rmse_deg"]:
+        own = _of(table, participant=participant)
+        met = all(v.holds for v in verdicts if v.name.startswith(f"{participant},"))
+        attempted = participant in judged.requested and not own.empty
+        solved = attempted and bool((own.status == "optimal").all())
+        usable = solved and met
+        words = ["yes" if one else "no" for one in (attempted, solved, usable)]
+        note = "" if solved or not attempted else "no solution"
+        rows.append((participant, *words, note))
+    columns = ("participant", "attempted", "solved", "usable", "note")
+    flagged = frozenset(k for k, row in enumerate(rows) if row[3] == "no")
+    return Table(columns, rows, flagged)
+
+
+def _of(table: pd.DataFrame, **values: str) -> pd.DataFrame:
+    """Rows with values in columns; none of a table without rows."""
+    for column, value in values.items():
+        if table.empty:
+            return table
+        table = table[table[column] == value]
+    return table
+
+
+def _at_most(name: str, rows: pd.DataFrame, column: str, limit: float, unit: str) -> Verdict:
+    target = f"≤ {limit:g}{unit}"
+    if rows.empty or column not in rows or rows[column].isna().any():
+        return Verdict(name, NOTHING, target, holds=False)
+    sizes = rows[column].abs()
+    worse = tuple(
+        f"{plane} {value:+.3g}{unit}"
+        for plane, value, size in zip(rows.plane, rows[column], sizes, strict=True)
+        if size > limit
+    )
+    return Verdict(name, f"{sizes.max():.3g}{unit}", target, not worse, worse)
+
+
+def _at_least(name: str, rows: pd.DataFrame, column: str, limit: float) -> Verdict:
+    target = f"≥ {100 * limit:g} % in each plane"
+    if rows.empty or column not in rows or rows[column].isna().any():
+        return Verdict(name, NOTHING, target, holds=False)
+    worse = tuple(
+        f"{plane} {100 * value:.0f} %"
+        for plane, value in zip(rows.plane, rows[column], strict=True)
+        if value < limit
+    )
+    return Verdict(name, f"{100 * rows[column].min():.0f} %", target, not worse, worse)
+
+
+def _near(name: str, rows: pd.DataFrame, expected: float, tolerance: float) -> Verdict:
+    target = f"{expected:g} ± {tolerance:g} deg"
+    if rows.empty or rows.reproduced.isna().any():
+        return Verdict(name, NOTHING, target, holds=False)
+    value = float(rows.reproduced.iloc[0])
+    return Verdict(name, f"{value:.1f} deg", target, abs(value - expected) <= tolerance)
+
+
+def _rhythm_cells(limits: Mapping[str, Any], rows: pd.DataFrame) -> Verdict:
+    share, least = limits["rhythm_difference"], limits["rhythm_cells"]
+    name = "authors' problem: cells of the rhythm table that agree, by the paper's estimator"
+    target = f"≥ {least} of {RHYTHM_CELLS} within {100 * share:g} %"
+    part = _of(rows, quantity="rhythm_range")
+    if part.empty:
+        return Verdict(name, NOTHING, target, holds=False)
+    part = part[part.condition.isin(["healthy", "cuff_w10"])]
+    off = np.abs(part.reproduced / part.published - 1.0)
+    agreeing = int((off <= share).sum())
+    worse = tuple(
+        f"{r.condition} {r.plane} {r.phase}: {r.reproduced:.2f} for {r.published:.2f}"
+        for r in part[~(off <= share)].itertuples()
+    )
+    return Verdict(name, f"{agreeing} of {RHYTHM_CELLS}", target, agreeing >= least, worse)
+
+
+def _generic_clavicle(limits: Mapping[str, Any], rows: pd.DataFrame) -> Verdict:
+    limit = limits["generic_clavicle_elevation_below_deg"]
+    name = "authors' problem, generic muscles: elevation of the clavicle at rest, highest plane"
+    target = f"below {limit:g} deg"
+    part = _of(rows, quantity="clavicle_elevation_deg", phase="rest", condition="healthy_generic")
+    if part.empty or part.reproduced.isna().any():
+        return Verdict(name, NOTHING, target, holds=False)
+    highest = float(part.reproduced.max())
+    return Verdict(name, f"{highest:.1f} deg", target, highest < limit)
+
+
+def distance_table(judged: Judged) -> Table:
+    """Every prediction against its recording, failed ones included; marked: not converged."""
+    columns = {
+        "ur_rmse_deg": "upward rotation, RMSE",
+        "ur_bias_rest_deg": "at rest",
+        "tilt_rmse_deg": "tilt, RMSE",
+        "internal_rotation_rmse_deg": "internal rotation, RMSE",
+        "clavicle_elevation_rmse_deg": "clavicle elevation, RMSE",
+        "in_band_share": "share in the healthy band [1]",
+        "outside_fit_share": "share outside the fit [1]",
+        "stop_moment_median_Nm": "stops, median [N m]",
+    }
+    names = ("participant", "variant", "condition", "plane", "status")
+    rows = [
+        (*(str(row[name]) for name in names), *(_number(row.get(column)) for column in columns))
+        for row in judged.recording.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(rows) if row[4] != "optimal")
+    return Table((*names, *columns.values()), rows, flagged)
+
+
+def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:
+    """Quantities of some conditions on the published arm, cell by cell."""
+    table = judged.published[judged.published.condition.isin(conditions)]
+    names = ("variant", "condition", "plane", "phase", "quantity")
+    rows = [
+        (
+            *(str(row[name]) for name in names),
+            *(_number(row[kind]) for kind in ("published", "reproduced")),
+            _number(row["reproduced"] - row["published"]),
+        )
+        for row in table.to_dict("records")
+    ]
+    return Table((*names, "published", "reproduced", "difference"), rows)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None or np.isnan(value) else f"{value:.2f}"

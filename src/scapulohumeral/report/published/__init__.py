@@ -1,0 +1,1 @@
+"""What was published: by the paper, and of healthy people."""

@@ -1,0 +1,143 @@
+"""What blind cases are drawn: how many of which kind, on whom, with which effects.
+
+The draw decides everything from one seed, which stays with the keys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simulated_persons.effects import (
+    LIBRARY_LIKE,
+    UNKNOWN,
+    Injection,
+    frame_misalignment,
+    scapula_sta,
+)
+
+Draw = Callable[[np.random.Generator], Injection]
+# Shares of the kinds among the cases of the design, 144: the actual numbers vary with the seed.
+SHARES = {"null": 0.17, "single": 0.47, "pair": 0.11, "unknown": 0.14, "salted": 0.11}
+SALTS: tuple[Draw | None, ...] = (None, frame_misalignment, scapula_sta)
+TASKS = ("frontal", "scapular", "sagittal")
+# Measurement: with EMG and reference trials, without one of them, without both.
+MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
+WITHOUT_EMG = "measurement/em"
+FEWEST_REPEATS, MOST_REPEATS = 3, 5
+# Share of simulated cases whose glenoid is instrumented.
+CONTACT_SHARE = 0.2
+# Share of cases whose effect may hardly show: what a diagnosis must not make anything of.
+FAINT_SHARE = 0.15
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One case before anything is simulated.
+
+    Attributes
+    ----------
+    id : random name, so that no order of drawing shows; seed : of everything random in it
+    plant : "P1" simulated, "S" recorded motion with salt
+    kind : of `SHARES`
+    participant : whose anatomy; tasks : recorded in the case; hidden : kept for scoring
+    injections : effects
+    emg, contact, reference : what the case contains; repeats : trials per task and side
+    faint : the effect may hardly show; otherwise it is drawn again
+    """
+
+    id: str
+    seed: int
+    plant: str
+    kind: str
+    participant: str
+    tasks: tuple[str, ...]
+    hidden: str
+    injections: tuple[Injection, ...]
+    emg: bool
+    contact: bool
+    reference: bool
+    repeats: int
+    faint: bool
+
+
+def draw_plans(
+    seed: int, count: int, participants: Sequence[str], kind: str | None = None
+) -> list[Plan]:
+    """A number of cases; families of effects come in turn, so that each is represented.
+
+    With a `kind` all cases are of that kind: open ones, for thresholds and calibration.
+    """
+    rng = np.random.default_rng(seed)
+    kinds = _kinds(rng, count) if kind is None else [kind] * count
+    supply = {
+        "single": _in_turn(rng, [(f,) for f in LIBRARY_LIKE]),
+        "unknown": _in_turn(rng, [(f,) for f in UNKNOWN]),
+        "salted": _in_turn(rng, [() if f is None else (f,) for f in SALTS]),
+    }
+    plans = []
+    for name in kinds:
+        if name == "pair":
+            chosen = rng.choice(len(LIBRARY_LIKE), size=2, replace=False)
+            families: tuple[Draw, ...] = tuple(LIBRARY_LIKE[i] for i in chosen)
+        else:
+            families = next(supply[name]) if name in supply else ()
+        plans.append(_plan(rng, name, families, str(rng.choice(participants))))
+    return plans
+
+
+def redrawn(plan: Plan, attempt: int) -> Plan:
+    """The same case with other amplitudes and another person."""
+    seed = plan.seed + attempt
+    rng = np.random.default_rng(seed)
+    families = {f.__name__: f for f in (*LIBRARY_LIKE, *UNKNOWN)}
+    again = tuple(families[i.family](rng) for i in plan.injections)
+    return replace(plan, seed=seed, injections=again)
+
+
+def _kinds(rng: np.random.Generator, count: int) -> list[str]:
+    shares = np.array(list(SHARES.values())) * np.exp(rng.normal(0, 0.1, len(SHARES)))
+    names = list(SHARES)
+    if count < len(names):  # not one of each
+        return [str(kind) for kind in rng.choice(names, count, False, shares / shares.sum())]
+    numbers = np.maximum(np.round(count * shares / shares.sum()).astype(int), 1)
+    numbers[names.index("single")] += count - numbers.sum()
+    kinds = np.repeat(names, numbers)
+    return [str(kind) for kind in rng.permutation(kinds)]
+
+
+def _in_turn(rng: np.random.Generator, items: list):
+    while True:
+        for index in rng.permutation(len(items)):
+            yield items[index]
+
+
+def _plan(
+    rng: np.random.Generator, kind: str, families: tuple[Draw, ...], participant: str
+) -> Plan:
+    injections = tuple(sorted((draw(rng) for draw in families), key=lambda i: i.label))
+    modes: tuple[tuple[bool, bool, float], ...] = MODES
+    if kind == "salted":
+        modes = tuple(mode for mode in MODES if not mode[0])
+    elif any(i.label.startswith(WITHOUT_EMG) for i in injections):
+        modes = tuple(mode for mode in MODES if mode[0])
+    weights = np.array([mode[2] for mode in modes])
+    emg, reference, _ = modes[rng.choice(len(modes), p=weights / weights.sum())]
+    order = [str(task) for task in rng.permutation(TASKS)]
+    return Plan(
+        id=rng.bytes(4).hex(),
+        seed=int(rng.integers(2**31)),
+        plant="S" if kind == "salted" else "P1",
+        kind=kind,
+        participant=participant,
+        tasks=tuple(order[:2]),
+        hidden=order[2],
+        injections=injections,
+        emg=emg,
+        contact=kind != "salted" and bool(rng.random() < CONTACT_SHARE),
+        reference=reference,
+        repeats=int(rng.integers(FEWEST_REPEATS, MOST_REPEATS + 1)),
+        faint=bool(rng.random() < FAINT_SHARE),
+    )

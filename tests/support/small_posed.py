@@ -1,0 +1,72 @@
+"""The small model as a stage sees it: a participant's model and a problem posed from it."""
+
+import numpy as np
+from small_arm import NAMES, STEP, small_forces, small_motion, small_muscles, small_parameters
+
+from scapulohumeral.problems.model_files import ShoulderModel
+from scapulohumeral.problems.posed_problem import (
+    PosedProblem,
+    SolveSettings,
+    Target,
+    make_objective,
+)
+
+GLENOID = {
+    "inferior_inclination_deg": 6.0,
+    "anterior_version_deg": -3.0,
+    "superior_inferior_factor": 0.31,
+}
+WEIGHTS = {
+    "trajectory_quaternion": 200.0,
+    "trajectory_euler": 50.0,
+    "clavicle_point_m": 0.5,
+    "activation": 1.0,
+    "regularisation": 1e-2,
+    "reaction_rate": 1e-6,
+    "excitation_rate": 1e-3,
+    "quaternion_norm": 150.0,
+}
+
+
+class SmallModel(ShoulderModel):
+    """Three muscles on an arm that is no participant's."""
+
+    def parameters(self, hand_load_kg: float = 0.0) -> np.ndarray:
+        """Run-time parameters of the small arm; it carries nothing."""
+        assert hand_load_kg == 0.0
+        return small_parameters()
+
+
+def small_model(equations) -> SmallModel:
+    """The small model on given equations; each muscle is a group of its own."""
+    muscles = [{"name": name, "group": name} for name in NAMES]
+    record = {"constants": {"glenoid": GLENOID}, "muscles": muscles}
+    return SmallModel(record, {}, small_forces(equations))
+
+
+def small_settings(step: float = STEP, **weights: float) -> SolveSettings:
+    """Settings with further weights."""
+    return SolveSettings(step, 1e-8, 500, "automatic", {**WEIGHTS, **weights})
+
+
+def small_target(nodes: int, step: float = STEP, **changes) -> Target:
+    """The slow elevation as a target."""
+    motion = {
+        "time_s": step * np.arange(nodes),
+        "reference_rad": small_motion(nodes),
+        "activity": np.ones(nodes),
+    }
+    return Target(**(motion | changes))
+
+
+def small_posed(equations, target: Target, settings: SolveSettings, **changes) -> PosedProblem:
+    """The small model follows a target."""
+    model = small_model(equations)
+    parts = {
+        "model": model,
+        "muscles": small_muscles(),
+        "parameters": small_parameters(),
+        "objective": make_objective(model, target, settings),
+        "target": target,
+    }
+    return PosedProblem(**(parts | changes))

@@ -1,0 +1,257 @@
+"""Metrics of the score card on cases whose scores are known beforehand."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scapulohumeral.gap.benchmark.metrics import area_under_curve, family_probabilities, rate
+from scapulohumeral.gap.benchmark.protocol import _with_hidden
+from scapulohumeral.gap.benchmark.score_card import group_scores
+from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
+from scapulohumeral.gap.labels import matches
+
+pytestmark = pytest.mark.unit
+
+TEAR = "body/strength_loss/infra"
+GAIN = "measurement/emg_gain/EMG_infra"
+REMOVED = HiddenGap(4.0, 1.0)
+
+
+def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: int = 1) -> dict:
+    effects = [{"label": label, "parameter": "f0_factor", "amplitude": amplitude}]
+    change = np.zeros((101, 2))
+    change[40:61, 1] = 5.0
+    return {
+        "case": f"c{number}",
+        "plant": "P1",
+        "mode": {"emg": True, "reference": True},
+        "effects": effects if label else [],
+        "shown": shown and label is not None,
+        "channels": ["SC_rx", "EMG_infra"],
+        "footprint": {"SC_rx": 0.1, "EMG_infra": 4.0},
+        "change_sigma": {"frontal": change.tolist()},
+    }
+
+
+def answer(p: dict[str, float], value: float = 0.5, present: bool = True, **more) -> dict:
+    """Answer with probabilities; none and no_gap share what is left."""
+    parameters = [{"name": "f0_factor", "value": value, "ci95": [value - 0.1, value + 0.1]}]
+    rest = 1.0 - sum(p.values())
+    region = {"channel": "EMG_infra", "phase_percent": [40, 60], "share": 1.0}
+    document = {
+        "status": "ok",
+        "gap": {"present": present, "smallest_detectable": []},
+        "candidates": [{"label": k, "p": v, "parameters": parameters} for k, v in p.items()],
+        "none_p": 0.5 * rest,
+        "no_gap_p": 0.5 * rest,
+        "set90": list(p),
+        "classes": [],
+        "regions": {"shows": [region]},
+        "shrinkage": {"new_task": {"value": 0.8, "ci95": [0.7, 0.9]}},
+    }
+    return {**document, **more}
+
+
+def case(
+    key_: dict, answer_: dict | None, folder: Path = Path("absent"), hidden: HiddenGap | None = None
+) -> ScoredCase:
+    return ScoredCase(folder, folder, key_, answer_, 10.0, hidden)
+
+
+@pytest.fixture(autouse=True)
+def no_baselines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cases here have no trials that a baseline could read."""
+    monkeypatch.setattr(
+        "scapulohumeral.gap.benchmark.scored_case.baseline_families",
+        lambda *_: {"prior_only": "x/y"},
+    )
+
+
+def test_wilson_interval() -> None:
+    """Newcombe 1998, table I: 81 of 263 gives 0.2553 to 0.3662."""
+    found = rate([True] * 81 + [False] * 182)
+    np.testing.assert_allclose(found["wilson95"], [0.2553, 0.3662], atol=1e-4)
+    assert rate([])["value"] is None
+
+
+@pytest.mark.parametrize(
+    ("label", "truth", "same"),
+    [
+        (TEAR, TEAR, True),
+        ("body/strength_loss", TEAR, True),
+        ("body/strength_loss/all", TEAR, True),
+        ("body/strength_loss/delt_scap", TEAR, False),
+        (GAIN, TEAR, False),
+        ("none", TEAR, False),
+    ],
+)
+def test_labels_match_by_family_and_member(label: str, truth: str, same: bool) -> None:
+    assert matches(label, truth) is same
+
+
+def test_members_of_a_family_add_up() -> None:
+    split = answer({TEAR: 0.3, "body/strength_loss/supra": 0.25, GAIN: 0.4})
+    assert next(iter(family_probabilities(split))) == "body/strength_loss"
+
+
+def test_right_and_wrong_singles() -> None:
+    right = case(key(TEAR), answer({TEAR: 0.8, GAIN: 0.1}, value=0.6))
+    wrong = case(key(TEAR, number=2), answer({GAIN: 0.7, TEAR: 0.2}, value=0.5))
+    scores = group_scores([right, wrong])
+    assert scores["family_top1"]["value"] == 0.5
+    assert scores["family_top3"]["value"] == 1.0
+    assert scores["side_top1"]["value"] == 0.5
+    assert scores["mean_family_p"] == pytest.approx(0.5)
+    assert scores["set90"]["coverage"]["value"] == 1.0
+    # Amplitudes 0.6 and 0.5 for 0.5, over the change from 1: errors 0.2 and 0.
+    assert scores["amplitude"]["relative_error"]["median"] == pytest.approx(0.1)
+    assert scores["regions"]["f1"]["median"] == 1.0
+    assert scores["regions"]["largest_channel"]["value"] == 1.0
+    assert scores["confusion"]["body/strength_loss"] == {
+        "body/strength_loss": 1,
+        "measurement/emg_gain": 1,
+    }
+    assert scores["baselines"]["prior_only"]["value"] == 0.0
+
+
+def test_a_class_that_holds_the_truth_is_right() -> None:
+    both = {"labels": [TEAR, GAIN], "p": 0.9}
+    answered = answer({GAIN: 0.5, TEAR: 0.4}, classes=[both])
+    scores = group_scores([case(key(TEAR), answered)])
+    assert scores["family_top1"]["value"] == 0.0
+    assert scores["class_top1"]["value"] == 1.0
+
+
+def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
+    """Half the strength is large where 0.8 would be seen, a fifth lost is not."""
+    smallest = [{"label": TEAR, "parameter": "f0_factor", "value": 0.8}]
+    seen = {"gap": {"present": True, "smallest_detectable": smallest}}
+    large = case(key(TEAR, amplitude=0.5), answer({TEAR: 0.9}, **seen))
+    small = case(key(TEAR, amplitude=0.7), answer({GAIN: 0.9}, **seen))
+    unlisted = case(key(TEAR, amplitude=0.1), answer({GAIN: 0.9}))
+    other = [{"label": TEAR, "parameter": "slack_factor", "value": 0.9}]
+    by_another = {"gap": {"present": True, "smallest_detectable": other}}
+    unmeasured = case(key(TEAR, amplitude=0.7), answer({TEAR: 0.9}, **by_another))
+    assert unmeasured.large
+    unanswered = case(key(TEAR), None)
+    assert [c.large for c in (large, small, unlisted, unanswered)] == [True, False, False, True]
+    scores = group_scores([large, small, unlisted, unanswered])
+    assert scores["family_top1"]["n"] == 4
+    assert (scores["large"]["family_top1"]["hits"], scores["large"]["family_top1"]["n"]) == (1, 2)
+    assert scores["large"]["baselines"]["prior_only"]["n"] == 2
+
+
+def test_nulls_count_for_false_alarms_only() -> None:
+    quiet = case(key(None), answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"]))
+    alarm = case(key(None, number=2), answer({TEAR: 0.9}))
+    scores = group_scores([quiet, alarm])
+    assert scores["false_alarms"]["value"] == 0.5
+    assert scores["detection"]["n"] == 0
+    assert scores["set90"]["coverage"]["value"] == 0.5
+
+
+def test_effects_that_hardly_show_are_not_asked_for() -> None:
+    silent = answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"])
+    scores = group_scores([case(key(TEAR, shown=False), silent)])
+    assert scores["family_top1"]["n"] == 0
+    assert scores["abstention_hidden"]["value"] == 1.0
+    assert scores["set90"]["coverage"]["value"] == 1.0
+
+
+def test_missing_answers_are_wrong() -> None:
+    scores = group_scores([case(key(TEAR), None), case(key(TEAR), answer({}, status="abstained"))])
+    assert scores["family_top1"]["value"] == 0.0
+    assert scores["abstention"]["value"] == 1.0
+
+
+def test_unknowns_are_told_from_knowns_by_none() -> None:
+    known = [case(key(TEAR), answer({TEAR: 0.9})) for _ in range(5)]
+    far = case(key("unknown/far/friction"), answer({TEAR: 0.1}, none_p=0.8, no_gap_p=0.1))
+    near = case(key("unknown/near/uneven_tear"), answer({TEAR: 0.98}, none_p=0.01, no_gap_p=0.01))
+    scores = group_scores([*known, far, near])["unknown"]
+    assert scores["auroc"] == pytest.approx(0.5)
+    assert scores["rejected"]["far"]["value"] == 1.0
+    assert scores["rejected"]["near"]["value"] == 0.0
+
+
+def test_area_under_curve_counts_ties_half() -> None:
+    assert area_under_curve([0.5, 0.9], [0.5, 0.1]) == pytest.approx(0.875)
+    assert area_under_curve([], [0.1]) is None
+
+
+def test_pairs_need_both_members() -> None:
+    pair = key(TEAR)
+    pair["effects"].append({"label": GAIN, "parameter": "gain_factor", "amplitude": 2.0})
+    exact = case(pair, answer({f"{TEAR} + {GAIN}": 0.9}))
+    half = case(pair, answer({TEAR: 0.9}))
+    scores = group_scores([exact, half])["pairs"]
+    assert scores["both_in_set"]["value"] == 0.5
+    assert scores["exact"]["value"] == 0.5
+
+
+def test_shrinkage_is_compared_with_the_truth_where_it_is_known() -> None:
+    # Root mean squares of 4 and 1.5 that a recording with a floor of 1 would show, and 4 and 2.5.
+    gaps = [HiddenGap(np.sqrt(15.0), np.sqrt(after**2 - 1.0)) for after in (1.5, 2.5)]
+    assert [gap.reducible for gap in gaps] == pytest.approx([5 / 6, 0.5])
+    scored = [case(key(TEAR), answer({TEAR: 0.9}), hidden=hidden) for hidden in (*gaps, None)]
+    found = group_scores(scored)["shrinkage"]
+    assert found["keeps"]["value"] == 1.0
+    assert found["error"]["n"] == 2
+    assert found["error"]["median"] == pytest.approx((0.3 + 1 / 30) / 2, abs=1e-4)
+    assert found["ci_coverage"]["value"] == 0.5
+
+
+def test_calibration_of_answers_that_are_right_as_often_as_they_say() -> None:
+    right = [case(key(TEAR), answer({TEAR: 0.8})) for _ in range(4)]
+    wrong = [case(key(TEAR), answer({GAIN: 0.8}))]
+    found = group_scores(right + wrong)["calibration"]
+    assert found["n"] == 5
+    overall = np.average(
+        [b["right"] for b in found["bins"]], weights=[b["n"] for b in found["bins"]]
+    )
+    assert overall == pytest.approx(0.8)
+    sure = [case(key(TEAR), answer({TEAR: 1.0})) for _ in range(5)]
+    assert group_scores(sure)["calibration"]["ece"] == 0.0
+
+
+def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:
+    other = {"label": GAIN, "p": 0.8, "parameters": []}
+    right = {"label": TEAR, "p": 0.1, "parameters": []}
+    wrong = case(key(TEAR), answer({TEAR: 0.9}, candidates=[other, right]))
+    assert wrong.true_candidate == right
+    assert not wrong.right_single
+    assert case(key(TEAR), None).true_candidate is None
+    found = group_scores([replace(wrong, oracle=REMOVED), replace(wrong, oracle=None)])["shrinkage"]
+    assert found["oracle_on_hidden_task"]["median"] == pytest.approx(REMOVED.reducible, abs=1e-4)
+    assert found["true_on_hidden_task"]["n"] == found["removed_without_noise"]["n"] == 0
+
+
+def test_a_gap_that_no_recording_would_show_has_no_reducible_share() -> None:
+    assert HiddenGap(0.1, 0.05).reducible is None
+    assert HiddenGap(0.1, 0.05).removed == pytest.approx(0.5)
+    found = group_scores(
+        [replace(case(key(TEAR), answer({TEAR: 0.9})), hidden=HiddenGap(0.1, 0.05))]
+    )
+    assert found["shrinkage"]["error"]["n"] == 0
+    assert found["shrinkage"]["removed_without_noise"]["median"] == pytest.approx(0.5)
+
+
+def test_singles_are_asked_for_what_they_remove_of_the_hidden_task() -> None:
+    asked = []
+
+    def removed(one: ScoredCase, candidate: dict) -> HiddenGap:
+        asked.append(candidate["label"])
+        return REMOVED
+
+    right = _with_hidden(case(key(TEAR), answer({TEAR: 0.9})), removed)
+    assert (right.hidden, right.oracle, asked) == (REMOVED, REMOVED, [TEAR])
+    wrong = _with_hidden(case(key(TEAR), answer({GAIN: 0.8, TEAR: 0.1})), removed)
+    assert (wrong.hidden, wrong.oracle) == (None, REMOVED)
+    family_only = answer({f"{TEAR} + {GAIN}": 0.4, TEAR: 0.3, GAIN: 0.2}, present=False)
+    assert _with_hidden(case(key(TEAR), family_only), removed).hidden is None
+    asked.clear()
+    for other in (case(key(None), answer({GAIN: 0.5})), case(key(TEAR), None)):
+        assert _with_hidden(other, removed) is other
+    assert asked == []

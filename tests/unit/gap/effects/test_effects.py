@@ -1,0 +1,240 @@
+"""The contract of every effect, and the direction in which each family acts."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from gap_movement import NODES, SETUP, small_body, small_movement, small_record
+
+from scapulohumeral.dynamics.parameters import pack
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.effects.base import Param, Setup
+from scapulohumeral.gap.effects.frames import elevation
+from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
+from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
+from scapulohumeral.gap.nominal import optimal_movement
+from scapulohumeral.gap.recording.observables import SensorSetup, difference, predicted
+from scapulohumeral.gap.signatures.linearise import Linearised
+from scapulohumeral.model.rotations import quaternion_multiply, relative_angle
+
+pytestmark = pytest.mark.unit
+
+LIBRARY = library(SETUP)
+BY_LABEL = {effect.label: effect for effect in LIBRARY}
+RECORDER = SensorSetup(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
+# One effect of every kind of change: dynamics, muscles, effort, bounds, objective.
+SOLVED = [
+    ("body/hand_load", 0),
+    ("body/strength_loss/biceps", 0),
+    ("body/strength_loss/coracobrachialis", 1),
+    ("body/fibre_length/biceps", 1),
+    ("body/joint_damping/GH", 0),
+    ("body/passive_gh", 0),
+    ("body/tendon_compliance/all", 0),
+    ("control/co_contraction/EL", 0),
+    ("control/pain_inhibition/biceps", 0),
+    ("input/thorax_tilt", 0),
+]
+
+
+def numbers(body):
+    """Everything a body is made of, as one vector."""
+    m = body.muscles
+    return np.concatenate(
+        [
+            pack(body.parameters),
+            m.max_isometric_force,
+            m.optimal_fibre_length,
+            np.broadcast_to(m.tendon_slack_length, (NODES - 1, 3)).ravel(),
+            m.capacity,
+            body.glenoid_rad,
+            body.effort,
+            body.floor,
+            body.cap,
+            body.seen,
+            body.external_Nm.ravel(),
+        ]
+    )
+
+
+def typical(effect, share=1.0):
+    """Values on the way to typical ones."""
+    return effect.physical(np.array([share * p.internal(p.typical) for p in effect.params]))
+
+
+def test_all_families_are_there_once():
+    assert len(FAMILIES) == len({(e.side, e.family) for e in LIBRARY}) == 17
+    assert len(BY_LABEL) == len(LIBRARY)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
+def test_off_is_the_nominal_model(effect):
+    body, record = small_body(), small_record()
+    np.testing.assert_allclose(numbers(effect.apply(body, effect.off)), numbers(body), atol=1e-9)
+    np.testing.assert_allclose(difference(effect.observe(record, effect.off), record), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
+def test_typical_values_change_the_body_or_the_record(effect):
+    body, record = small_body(), small_record()
+    changed = not np.allclose(numbers(effect.apply(body, typical(effect))), numbers(body))
+    seen = np.abs(difference(effect.observe(record, typical(effect)), record)).max() > 1e-3
+    assert changed == effect.changes_body
+    assert seen != effect.changes_body
+
+
+def test_effects_on_the_body_commute():
+    body = small_body()
+    for one, two in combinations([e for e in LIBRARY if e.changes_body], 2):
+        there = one.apply(two.apply(body, typical(two)), typical(one))
+        back = two.apply(one.apply(body, typical(one)), typical(two))
+        np.testing.assert_allclose(numbers(there), numbers(back), rtol=1e-9, atol=1e-12)
+
+
+def test_small_effects_on_the_record_commute():
+    """Large rotations do not; what is left is of second order in the amplitudes."""
+    record = small_record()
+    for one, two in combinations([e for e in LIBRARY if not e.changes_body], 2):
+        small = typical(one, 1e-3), typical(two, 1e-3)
+        there = one.observe(two.observe(record, small[1]), small[0])
+        back = two.observe(one.observe(record, small[0]), small[1])
+        alone = np.abs(difference(one.observe(record, small[0]), record)).max()
+        assert np.abs(difference(there, back)).max() < 1e-2 * alone
+
+
+def test_missing_observables_make_effects_untestable():
+    motion_only = Setup(SETUP.groups, (), (), False)
+    effects = library(motion_only)
+    assert not any(e.family.startswith("em") for e in effects)
+    assert untestable(effects) == EMG_FAMILIES
+    assert untestable(LIBRARY) == ()
+
+
+def test_parameters_without_source_or_beyond_their_bounds_are_refused():
+    with pytest.raises(ConfigError, match="a source"):
+        Param("x", "1", 0.0, 0.0, 1.0, 0.5, 0.5, "")
+    with pytest.raises(ConfigError, match="off 2.0"):
+        Param("x", "1", 2.0, 0.0, 1.0, 0.5, 0.5, "table")
+
+
+def test_internal_scale_is_inverted():
+    for effect in LIBRARY:
+        for p in effect.params:
+            assert p.internal(p.off) == 0.0
+            assert p.physical(p.internal(p.typical)) == pytest.approx(p.typical)
+
+
+@pytest.fixture(scope="module")
+def solved(quaternion_equations):
+    """The small movement, its solution, and the solution differentiated."""
+    move = small_movement(quaternion_equations)
+    point = move.solved(move.body, move.cold_start(), 500)
+    return move, point, Linearised(move, move.body, point, 0.44, RECORDER)
+
+
+def test_solutions_do_not_depend_on_where_they_started(solved):
+    """A barrier that followed the start would make every difference of two solutions wrong."""
+    move, cold, _ = solved
+    warm = move.solved(move.body, cold, 200)
+    np.testing.assert_allclose(warm.free, cold.free, atol=1e-5)
+
+
+@pytest.mark.parametrize(("label", "column"), SOLVED)
+def test_derivatives_agree_with_solving_again(solved, label, column, monkeypatch):
+    # Two solutions this close differ by less than the usual tolerance.
+    monkeypatch.setattr(optimal_movement, "TOLERANCE", 1e-9)
+    move, point, local = solved
+    effect = BY_LABEL[label]
+    param = effect.params[column]
+    # Larger steps meet the curvature of the solution, above all where bounds move.
+    size = 0.002 * param.internal(param.typical)
+    change = np.zeros(len(effect.params))
+    records = []
+    for sign in (1.0, -1.0):
+        change[column] = sign * size
+        body = effect.apply(move.body, effect.physical(change))
+        x = move.trajectory(move.solved(body, point, 200))
+        electrodes = body.seen * RECORDER.electrodes
+        records.append(predicted(x, 0.44, RECORDER.channels, electrodes, True))
+    expected = difference(*records) / (2.0 * size)
+    slope = local.by_effect(effect, np.zeros(len(effect.params)))[column]
+    scale = np.linalg.norm(expected, axis=0).max()
+    assert scale > 0
+    for k in range(expected.shape[1]):
+        weight = np.linalg.norm(expected[:, k])
+        if weight > 0.05 * scale:
+            assert np.linalg.norm(slope[:, k] - expected[:, k]) < 0.05 * weight
+
+
+@pytest.mark.parametrize("left", [0.2, 0.7])
+def test_fibres_that_are_gone_neither_pull_nor_cost_nor_show(left):
+    """As if a share of equal fibres had gone and the others were active by 0.8."""
+    body = BY_LABEL["body/strength_loss/brachialis"].apply(small_body(), np.array([left, left]))
+    changed = body.groups == "brachialis"
+    was = small_body().muscles
+    active = body.muscles.max_isometric_force * body.muscles.capacity
+    pull = active / (was.max_isometric_force * was.capacity)
+    activation = 0.8 * body.cap
+    np.testing.assert_allclose((pull * activation)[changed], left * 0.8)
+    np.testing.assert_allclose(activation[changed] ** 2, left * 0.8**2)
+    np.testing.assert_allclose((body.seen * activation)[changed], left * 0.8)
+    np.testing.assert_array_equal(body.seen[~changed], 1.0)
+
+
+def test_leaning_forward_pulls_the_arm_forward():
+    body = small_body()
+    gravity = np.array([0.0, -9.81, 0.0])
+    upright = type(body)(**{**vars(body), "parameters": {**body.parameters, "gravity": gravity}})
+    leaning = BY_LABEL["input/thorax_tilt"].apply(upright, np.array([10.0, 0.0]))
+    assert leaning.parameters["gravity"][2] == pytest.approx(-9.81 * np.sin(np.deg2rad(10.0)))
+    aside = BY_LABEL["input/thorax_tilt"].apply(upright, np.array([0.0, 10.0]))
+    assert aside.parameters["gravity"][0] == pytest.approx(9.81 * np.sin(np.deg2rad(10.0)))
+
+
+def test_skin_leaves_the_scapula_only_above_sixty_degrees():
+    record = small_record()
+    moved = BY_LABEL["measurement/scapula_sta"].observe(record, np.array([10.0, 0.0, 0.0]))
+    angle = relative_angle(moved.pose[:, 4:8], record.pose[:, 4:8])
+    lifted = elevation(record.pose) > np.deg2rad(60.0)
+    assert lifted.any()
+    assert not lifted.all()
+    assert np.all((angle > 1e-9) == lifted)
+
+
+def test_skin_error_has_no_kink_and_its_full_size_at_120_degrees():
+    angle = np.deg2rad(np.linspace(40.0, 140.0, 1001))
+    slope = np.gradient(sliding(angle), angle)
+    assert np.abs(np.diff(slope)).max() < 0.02
+    assert sliding(np.deg2rad(120.0)) / sliding(FULL_RAD) == pytest.approx(1.0)
+    assert np.all(np.diff(sliding(angle)[angle > np.deg2rad(60.0)]) > 0.0)
+
+
+@pytest.mark.parametrize("segment", ["thorax", "scapula", "humerus"])
+def test_a_turned_frame_leaves_the_other_segments(segment):
+    record = small_record()
+    effect = BY_LABEL[f"input/frame_misalignment/{segment}"]
+    moved = effect.observe(record, np.array([4.0, -3.0, 2.0]))
+
+    def scapula(pose):
+        return quaternion_multiply(pose[:, 0:4], pose[:, 4:8])
+
+    def humerus(pose):
+        return quaternion_multiply(scapula(pose), pose[:, 8:12])
+
+    angle = np.sqrt(4.0**2 + 3.0**2 + 2.0**2)
+    expected = {"thorax": (angle, angle), "scapula": (angle, 0.0), "humerus": (0.0, angle)}
+    for turned, size in zip((scapula, humerus), expected[segment], strict=True):
+        found = np.rad2deg(relative_angle(turned(moved.pose), turned(record.pose)))
+        np.testing.assert_allclose(found, size, atol=1e-6)
+
+
+def test_emg_effects_act_on_their_channels():
+    record = small_record()
+    gain = BY_LABEL["measurement/emg_gain/EMG_a"].observe(record, np.array([2.0])).emg
+    np.testing.assert_allclose(gain, record.emg * [2.0, 1.0])
+    mixed = BY_LABEL["measurement/emg_crosstalk/EMG_a>EMG_b"].observe(record, np.array([0.3])).emg
+    np.testing.assert_allclose(mixed[:, 1] - record.emg[:, 1], 0.3 * record.emg[:, 0])
+    np.testing.assert_allclose(mixed[:, 0], record.emg[:, 0])
+    early = BY_LABEL["measurement/emd"].observe(record, np.array([40.0])).emg
+    # The first channel rises by 0.3 over 0.44 s.
+    np.testing.assert_allclose(early[:, 0] - record.emg[:, 0], 0.3 * 0.04 / 0.44, rtol=1e-6)

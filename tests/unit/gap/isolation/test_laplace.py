@@ -1,0 +1,301 @@
+"""Evidence and amplitudes on made-up signatures, where the answer is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_hypotheses import (
+    DAMPING,
+    EFFECTS,
+    GAIN,
+    LOAD,
+    MASS,
+    SIZE,
+    TASKS,
+    hypothesis,
+    noise,
+    residual,
+)
+
+from scapulohumeral.gap.isolation.baselines import baseline_labels
+from scapulohumeral.gap.isolation.candidates import amplitudes, hint
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
+from scapulohumeral.gap.isolation.isolability import distance, next_trial, separability
+from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
+from scapulohumeral.gap.isolation.model_error import (
+    COMMON_FACTOR,
+    SHAPE_ERROR,
+    SHAPE_SHARED,
+    SPREAD_SHARE,
+    TASK_FACTOR,
+    SignatureError,
+    change_error,
+)
+from scapulohumeral.gap.isolation.posterior import Posterior
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS
+from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
+from scapulohumeral.gap.result import Candidate, Entered
+
+pytestmark = pytest.mark.unit
+
+SHARES = {"a": 0.4, "b": 0.6, "c": 0.7}
+
+
+def drawn(predicted, relative, seed):
+    """A difference whose channels follow a prediction as well as the signature error says."""
+    rng = np.random.default_rng(seed)
+    person = np.tile(COMMON_FACTOR * relative * rng.normal(size=SIZE // 8), 2)
+    factors = 1.0 + person + TASK_FACTOR * relative * rng.normal(size=SIZE // 4)
+    shape = SHAPE_ERROR["kinematics"] * relative * np.sqrt(np.mean(predicted**2))
+    alike = np.tile(rng.normal(size=SIZE // 2), 2)
+    curves = np.sqrt(SHAPE_SHARED) * alike + np.sqrt(1.0 - SHAPE_SHARED) * rng.normal(size=SIZE)
+    return np.repeat(factors, 4) * predicted + shape * curves + noise(seed)
+
+
+def amplitude_misses(relative_error):
+    """Errors of fitted amplitudes in units of their own standard deviations."""
+    h, misses = hypothesis(DAMPING, 1), []
+    for seed in range(40):
+        found = fit(h, residual(drawn(h.slope @ [1.2], relative_error, seed)), relative_error)
+        misses.append((found.x[0] - 1.2) / np.sqrt(found.covariance[0, 0]))
+    return np.array(misses)
+
+
+def test_amplitudes_are_those_of_the_data_alone():
+    h = hypothesis(DAMPING, 1, size=0.4)
+    case = residual(h.slope @ [1.2] + noise(100))
+    found = fit(h, case, 0.0)
+    square = float(h.slope[:, 0] @ h.slope[:, 0])
+    alone, half = float(h.slope[:, 0] @ case.delta) / square, 1.96 / np.sqrt(square)
+    [plain], [tempered] = amplitudes(found, 1.0), amplitudes(found, 2.0)
+    assert found.x[0] < 0.95 * alone
+    assert plain.value == pytest.approx(alone) == tempered.value
+    np.testing.assert_allclose(plain.ci95, (alone - half, alone + half))
+    np.testing.assert_allclose(np.ptp(tempered.ci95), np.sqrt(2.0) * np.ptp(plain.ci95))
+
+
+def test_amplitudes_that_the_data_hardly_know_keep_their_prior():
+    h = hypothesis(DAMPING, 1, size=0.05)
+    found = fit(h, residual(h.slope @ [1.2] + noise(100)), 0.0)
+    [plain] = amplitudes(found, 1.0)
+    assert plain.value == pytest.approx(found.x[0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_misfit_is_the_mean_square_over_what_is_assumed(scale):
+    h = hypothesis(DAMPING, 1)
+    cases = [residual(h.slope @ [1.2] + scale * noise(seed)) for seed in range(100, 140)]
+    found = [fit(h, case, 0.0).misfit for case in cases]
+    assert np.mean(found) == pytest.approx(scale**2, rel=0.1)
+    assert fit(h, residual(drawn(h.slope @ [1.2], 0.3, 1)), 0.3).misfit < 1.5
+
+
+@pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3, 0.4, 0.8])
+def test_amplitude_is_found_within_its_interval(relative_error):
+    assert np.mean(np.abs(amplitude_misses(relative_error)) < 1.96) > 0.85
+
+
+@pytest.mark.parametrize("relative_error", [0.0, 0.1, 0.3, 0.4])
+def test_amplitude_is_found_without_bias(relative_error):
+    """At 0.8, factors of persons spread by 1.4, and amplitudes are too small by one deviation."""
+    assert abs(np.mean(amplitude_misses(relative_error))) < 0.6
+
+
+def test_amplitude_stays_inside_its_bounds():
+    h = hypothesis(DAMPING, 1)
+    assert fit(h, residual(h.slope @ [-2.0]), 0.0).x[0] == 0.0
+    assert fit(h, residual(h.slope @ [30.0]), 0.0).x[0] == pytest.approx(3.0)
+
+
+def test_weaker_fibres_of_which_more_are_left_are_found():
+    h = hypothesis(GAIN, 1)
+    x = fit(h, residual(h.slope @ [-1.0, -0.4]), 0.0).x
+    np.testing.assert_allclose(x, [-1.0, -0.4], atol=0.02)
+
+
+def test_what_is_left_of_the_fibres_is_no_stronger_than_it_was():
+    """Fewer, but stronger fibres would be a gain of EMG: the best of equal shares is found."""
+    h, true = hypothesis(GAIN, 1), np.array([-0.4, -1.0])
+    found = fit(h, residual(h.slope @ true), 0.0)
+    assert found.x[0] == found.x[1]
+    for share in np.linspace(-1.5, 0.0, 50):
+        assert np.sum((h.slope @ (true - share)) ** 2) > 0.999 * found.left
+
+
+def test_the_right_effect_has_most_evidence():
+    right, wrong = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = residual(right.slope @ [1.5] + noise(3))
+    box = np.random.default_rng(4).normal(size=(SIZE, 20))
+    found = fit(right, there, 0.2)
+    assert found.left < 1.5 * SIZE
+    assert found.log_evidence > fit(wrong, there, 0.2).log_evidence + 10
+    assert found.log_evidence > no_gap_evidence(there) + 10
+    assert found.log_evidence > unknown_input_evidence(there, box) + 10
+
+
+def test_pure_noise_speaks_for_no_gap():
+    for seed in range(10):
+        nothing = residual(noise(seed))
+        found = fit(hypothesis(GAIN, 1), nothing, 0.2)
+        assert no_gap_evidence(nothing) > found.log_evidence - 1.0
+
+
+def test_a_smooth_unknown_cause_speaks_for_the_black_box():
+    box = 2.0 * np.random.default_rng(4).normal(size=(SIZE, 20))
+    there = residual(box @ np.random.default_rng(5).normal(size=20) + noise(6))
+    assert unknown_input_evidence(there, box) > fit(hypothesis(DAMPING, 1), there, 0.2).log_evidence
+
+
+def test_two_causes_are_found_as_a_pair():
+    one, two = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = residual(one.slope @ [1.5] + two.slope @ [0.2] + noise(3))
+    both = fit(pair(fit(one, there, 0.2), fit(two, there, 0.2)), there, 0.2)
+    assert both.label == "body/joint_damping/GH + body/segment_mass/forearm"
+    np.testing.assert_allclose(both.x, [1.5, 0.2], atol=0.15)
+    assert both.log_evidence > fit(one, there, 0.2).log_evidence
+
+
+def test_tasks_that_ask_for_different_amplitudes_disagree():
+    h = hypothesis(DAMPING, 1)
+    same = residual(h.slope @ [1.5] + noise(3))
+    p, rows = task_agreement(h, same, 0.0)
+    assert p > 0.05
+    assert [task for task, _, _ in rows] == list(TASKS)
+    factor = np.repeat([0.5, 1.5], SIZE // 2)
+    p, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0)
+    assert p < 1e-3
+    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0)[0] is None
+
+
+def test_equal_signatures_cannot_be_told_apart():
+    one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = residual(one.slope @ [1.5])
+    found = fit(one, there, 0.1)
+    twin = Hypothesis(
+        (LOAD,), np.zeros(2), np.zeros((SIZE, 1)), np.hstack([one.slope, other.slope]), 1.0
+    )
+    assert distance(found, twin, there, 0.1) < 0.5
+    assert distance(found, other, there, 0.1) > 3.0
+
+
+def error_covariance(error):
+    """I + E, from what the class solves with."""
+    return np.linalg.inv(error.solve(np.eye(SIZE)))
+
+
+def test_signature_error_of_an_effect_on_the_record_scales_with_the_prediction():
+    there = residual(noise(0), 2.0)
+    predicted = np.random.default_rng(1).normal(size=SIZE)
+    error = SignatureError(change_error(there, predicted, 0.3, controlled=False))
+    white = predicted / 2.0
+    dense = error_covariance(error)
+    assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
+    np.testing.assert_allclose(
+        np.trace(dense), SIZE + 0.09 * (white @ white) * (1.0 + SPREAD_SHARE**2), rtol=1e-9
+    )
+
+
+def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
+    """Angles change in one task alone: others may change as much, EMG may not."""
+    channels = (*KINEMATIC_CHANNELS[:9], "EMG_a")
+    there = replace(residual(noise(0), 2.0), channels=channels)
+    predicted = np.zeros(SIZE)
+    predicted[:4] = 3.0
+    controlled, exact = (change_error(there, predicted, 0.3, controlled=c) for c in (True, False))
+    angles, emg = there.channel_rows(channels[:9]), there.channel_rows(channels[9:])
+    white = predicted / 2.0
+    spread = (SPREAD_SHARE * 0.3) ** 2 * np.mean(white**2)
+    shape = (SHAPE_ERROR["kinematics"] * 0.3) ** 2 * np.mean(white[angles] ** 2)
+    # The channel that changes may change more or less; exactly known effects know that better.
+    factor = 0.3**2 * (COMMON_FACTOR**2 + TASK_FACTOR**2 - 1.0) * np.outer(white, white)
+    added = controlled - exact + spread * np.eye(SIZE) - factor
+    expected = np.zeros(SIZE)
+    expected[angles] = shape
+    # A part of it is alike in both tasks.
+    alike = np.kron([[1.0, SHAPE_SHARED], [SHAPE_SHARED, 1.0]], np.eye(SIZE // 2))
+    np.testing.assert_allclose(added, expected * alike, atol=1e-10)
+    np.testing.assert_allclose(added[np.ix_(emg, emg)], 0.0, atol=1e-10)
+
+
+def test_a_channel_is_off_alike_in_all_tasks():
+    there = residual(noise(0))
+    predicted = np.random.default_rng(1).normal(size=SIZE)
+    error = change_error(there, predicted, 0.3, controlled=True)
+    across = error[:4, SIZE // 2 : SIZE // 2 + 4]
+    shape = SHAPE_SHARED * (SHAPE_ERROR["kinematics"] * 0.3) ** 2 * np.mean(predicted**2)
+    of_person = (COMMON_FACTOR * 0.3) ** 2 * np.outer(predicted[:4], predicted[SIZE // 2 :][:4])
+    np.testing.assert_allclose(across, of_person + shape * np.eye(4), atol=1e-12)
+
+
+def test_each_effect_of_a_pair_errs_by_itself():
+    """A small effect on muscles may not excuse a large one on the record."""
+    on_record = next(e for e in EFFECTS.values() if not e.changes_body)
+    there = residual(noise(0))
+    fits = [
+        fit(hypothesis(effect, seed), there, 0.3) for seed, effect in enumerate((LOAD, on_record))
+    ]
+    x = np.array([0.1, -0.2, *np.full(len(on_record.params), 2.0)])
+    alone = [
+        error_covariance(f.hypothesis.error(part, there, 0.3)) - np.eye(SIZE)
+        for f, part in zip(fits, (x[:2], x[2:]), strict=True)
+    ]
+    together = error_covariance(pair(*fits).error(x, there, 0.3)) - np.eye(SIZE)
+    np.testing.assert_allclose(together, alone[0] + alone[1], atol=1e-9)
+
+
+def test_effects_on_the_record_are_known_better():
+    on_record = next(e for e in EFFECTS.values() if not e.changes_body)
+    there = residual(noise(0))
+    x = np.full(len(on_record.params), 1.0)
+    body, record = hypothesis(LOAD, 1), hypothesis(on_record, 1)
+    assert record.error(x, there, 0.3).logdet < body.error(np.ones(2), there, 0.3).logdet
+
+
+def test_baselines_name_the_cause_where_signatures_differ():
+    one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    there = residual(one.slope @ [1.5] + 0.1 * noise(3))
+    screened = [fit(h, there, 0.1) for h in (other, one)]
+    prior = {f.label: 0.5 for f in screened}
+    assert baseline_labels(there, screened, prior) == [
+        (method, one.label) for method in ("cosine", "per_sample_bic", "screening")
+    ]
+
+
+def test_next_trial_is_the_task_in_which_the_signatures_differ():
+    one = hypothesis(DAMPING, 1)
+    there = residual(one.slope @ [0.5])
+    slope = one.slope.copy()
+    slope[there.rows(["b"])] += np.random.default_rng(5).normal(size=slope[::2].shape)
+    other = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), slope, 1.0)
+    fits = [fit(h, there, 0.1) for h in (one, other)]
+    labels = [f.label for f in fits]
+    found = next_trial(fits, labels, there, 0.1, 1.0)
+    assert (found.task, found.splits) == ("b", tuple(labels))
+    assert found.p_correct > separability(fits, there, 0.1, 1.0)[0, 1]
+    assert next_trial(fits, labels[:1], there, 0.1, 1.0) is None
+
+
+def test_effects_are_told_apart_as_far_as_evidence_counts():
+    """At a temperature of four, like with noise of twice the size."""
+    hypotheses = hypothesis(DAMPING, 1, size=0.3), hypothesis(MASS, 2, size=0.3)
+    clear = residual(hypotheses[0].slope @ [1.0])
+    fits = [fit(h, clear, 0.0) for h in hypotheses]
+    tempered = separability(fits, clear, 0.0, 4.0)[0, 1]
+    noisy = separability(fits, residual(clear.delta, 2.0), 0.0, 1.0)[0, 1]
+    assert tempered < separability(fits, clear, 0.0, 1.0)[0, 1]
+    assert tempered == pytest.approx(noisy, abs=0.03)
+
+
+def test_hint_names_what_is_closest_and_where_it_enters():
+    near = [Candidate(name, "member", 0.1, None, share, None, ()) for name, share in SHARES.items()]
+    entered = [
+        Entered("dof", name, (0.0, 50.0), 1.0, "N m", 0.01, share, True)
+        for name, share in (("GH_rx", 0.2), ("EL_rx", 0.5), ("SC_rz", 0.3))
+    ]
+    unknown = Posterior(dict.fromkeys(SHARES, 0.1), 0.6, 0.1)
+    assert hint(near, unknown, entered) == (
+        "the closest known effects are a (leaves 40 % unexplained) and "
+        "b (leaves 60 % unexplained); it enters most at EL_rx, SC_rz"
+    )
+    assert hint(near, unknown, ()).endswith("b (leaves 60 % unexplained)")
+    assert hint(near, Posterior({"a": 0.7, "b": 0.1, "c": 0.1}, 0.1, 0.0), entered) is None

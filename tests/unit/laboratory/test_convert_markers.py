@@ -1,0 +1,236 @@
+"""Known joint angles, written as marker files of all kinds, come back."""
+
+from pathlib import Path
+
+import made_recordings as made
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Outcome, Settings, convert_markers, write_outcomes
+from scapulohumeral.laboratory.girdle_rules import (
+    REST_CLAVICLE_DEG,
+    REST_SCAPULA_DEG,
+    regressed_girdle,
+)
+from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
+from scapulohumeral.laboratory.markers.landmarks import calibrate
+from scapulohumeral.laboratory.markers.marker_map import read_marker_map
+from scapulohumeral.laboratory.record import read_channels
+from scapulohumeral.model.motion import read_motion
+
+pytestmark = pytest.mark.unit
+MODEL = made.tables()
+
+
+def convert(
+    folder: Path, points: dict[str, np.ndarray], suffix: str = ".c3d", text: str = "", **more: str
+) -> Outcome:
+    """Write markers, convert them, and return what became of them."""
+    file = folder / f"trial{suffix}"
+    made.WRITERS[suffix](file, made.marked(points), **more)
+    calibration = calibrate(
+        read_marker_map(made.write_map(folder / "map.yaml", text or made.MAP)), MODEL
+    )
+    [outcome] = convert_markers([file], calibration, Settings(MODEL, Limits()), lambda line: None)
+    return outcome
+
+
+def angles_of(outcome: Outcome) -> np.ndarray:
+    """Joint angles [deg] of a conversion that worked."""
+    assert outcome.converted is not None, outcome.refusal
+    return np.rad2deg(outcome.converted.angles_rad)
+
+
+@pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
+@pytest.mark.parametrize("unit", ["mm", "m"])
+def test_joint_angles_come_back(tmp_path: Path, suffix: str, unit: str) -> None:
+    angles = made.arm_angles()
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL), suffix, unit=unit)
+    assert not outcome.findings
+    error = angles_of(outcome) - np.rad2deg(angles)
+    # Single precision of C3D, and rounding of the texts, over levers of centimetres.
+    assert np.abs(error[:, :9]).max() < 0.02
+    # The hinge of the elbow and the midpoint of the epicondyles part by 8 mm.
+    assert np.abs(error[:, 9]).max() < 0.05
+
+
+def test_table_holds_what_was_converted(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL))
+    write_outcomes(tmp_path / "out", [outcome], False, "a command")
+    motion = read_motion(tmp_path / "out" / "trial.csv")
+    assert outcome.converted is not None
+    assert np.abs(motion.angles_rad - outcome.converted.angles_rad).max() < 1e-6
+    assert motion.time_s[1] - motion.time_s[0] == pytest.approx(1.0 / made.RATE_HZ)
+    channels = read_channels(tmp_path / "out" / "trial.csv")
+    assert channels["GH_z"].status == "measured"
+    assert channels["SC_x"].status == "estimated"
+    assert channels["SC_x"].uncertainty_deg == 20.0
+
+
+def test_scapula_and_humerus_come_back_whatever_the_clavicle_turns(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    angles[:, 3:6] += np.deg2rad([6.0, -9.0, 11.0]) * np.linspace(0, 1, len(angles))[:, None]
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL))
+    assert outcome.converted is not None
+    for segment, (_, rotation) in made.segments(angles, MODEL).items():
+        if segment in ("scapula_r", "humerus_r"):
+            found = outcome.converted.rotations[segment]
+            turn = Rotation.from_matrix(found.swapaxes(1, 2) @ rotation).magnitude()
+            assert np.rad2deg(turn).max() < 0.02
+    # The rule takes part of what the scapula does on the clavicle for a turn of the clavicle.
+    assert np.abs(angles_of(outcome)[:, 2] - np.rad2deg(angles[:, 2])).max() > 2.0
+
+
+def test_left_arms_are_mirrored(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = {name: p * [-1, 1, 1] for name, p in made.landmarks(angles, MODEL).items()}
+    outcome = convert(tmp_path, points, text=made.MAP.format(side="left"))
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+def test_short_gaps_are_filled_and_reported(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = made.landmarks(angles, MODEL)
+    points["AI"] = points["AI"].copy()
+    points["AI"][50:70] = np.nan
+    outcome = convert(tmp_path, points)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.1
+    assert outcome.source is not None
+    [gap] = outcome.source.gaps
+    assert (gap.marker, gap.first, gap.last) == ("mAI", 51, 70)
+
+
+def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = made.landmarks(angles, MODEL)
+    scapula = made.segments(angles, MODEL)["scapula_r"]
+    cluster = {
+        name: (scapula[0] + scapula[1] @ np.array(place)) @ made.TO_LABORATORY.T + made.PLACE
+        for name, place in (
+            ("K1", [-0.03, 0.02, 0.05]), ("K2", [-0.07, 0.03, 0.06]), ("K3", [-0.05, 0.06, 0.05]),
+        )
+    }  # fmt: skip
+    made.write_c3d(
+        tmp_path / "static.c3d",
+        made.marked({name: p[:20] for name, p in (points | cluster).items()}),
+    )
+    text = made.MAP.format(side="right") + (
+        "static: static.c3d\nclusters: {acromion: {markers: [mK1, mK2, mK3],"
+        " landmarks: [AA, TS, AI]}}\n"
+    )
+    moving = made.without(points, ("AA", "TS", "AI")) | cluster
+    outcome = convert(tmp_path, moving, text=text)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+def test_a_functional_centre_is_where_the_arm_turns(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    share = np.linspace(0.0, 1.0, len(angles))
+    wide = angles.copy()
+    wide[:, 6] = np.deg2rad(360.0) * share
+    wide[:, 7] = np.deg2rad(60.0 + 25.0 * np.sin(20.0 * share))
+    made.write_c3d(tmp_path / "wide.c3d", made.marked(made.landmarks(wide, MODEL)))
+    text = made.MAP.format(side="right").replace(" GH: mGH,", "")
+    text = text.replace("{method: marker}", "{method: functional, trial: wide.c3d}")
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL), text=text)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+    assert outcome.source is not None
+    assert "0.0 mm RMS" in outcome.source.settings["glenohumeral_centre"]
+
+
+def test_a_functional_centre_needs_motion_about_two_axes() -> None:
+    angle = np.linspace(0.0, 1.5, 50)
+    arc = 0.3 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(50)])
+    with pytest.raises(DataError, match="moves too little"):
+        fit_centre("plane.c3d", [arc, arc + [0.0, 0.0, 0.03]], ["EL", "EM"])
+
+
+def test_model_centre_is_that_of_the_model(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    text = made.MAP.format(side="right").replace(" GH: mGH,", "").replace("marker}", "model}")
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL), text=text)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+def test_regression_of_the_centre_follows_the_scapula() -> None:
+    """Close to the centre of the model, and carried by the scapula wherever it goes."""
+    angles = made.arm_angles(5)
+    points = made.landmarks(angles, MODEL)
+    scapula = made.segments(angles, MODEL)["scapula_r"]
+    # Coracoid of the model: origin of the short head of biceps.
+    coracoid = next(
+        np.array(p.location_m) for p in MODEL.muscles["bic_b_1"].points if p.segment == "scapula_r"
+    )
+    points["PC"] = (scapula[0] + scapula[1] @ coracoid) @ made.TO_LABORATORY.T + made.PLACE
+    away = np.linalg.norm(meskers_centre(points) - points["GH"], axis=1)
+    assert away.max() < 0.03
+    assert np.ptp(away) < 1e-9
+
+
+def test_what_was_not_measured_is_said(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = made.landmarks(angles, MODEL)
+    text = made.MAP.format(side="right")
+    bare = convert(tmp_path, points, text=text.replace("SC: mSC, AC: mAC, ", "").replace(
+        ", US: mUS", ""))  # fmt: skip
+    assert bare.converted is not None
+    channels = bare.converted.channels
+    assert channels["EL_x"].status == "assumed"
+    assert channels["SC_y"].status == "estimated"
+    assert "IJ" in channels["SC_y"].rule
+    assert channels["GH_z"].status == "measured"
+    # The offsets are those of the model, so its own landmarks give its own clavicle.
+    assert np.abs(angles_of(bare)[:, :9] - np.rad2deg(angles[:, :9])).max() < 0.1
+    assert np.ptp(angles_of(bare)[:, 9]) == 0.0
+
+
+def test_without_scapula_the_regression_stands_for_it(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    text = made.MAP.format(side="right").replace("AA: mAA, TS: mTS, AI: mAI,", "")
+    text = text.replace("SC: mSC, AC: mAC, ", "")
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL), text=text)
+    assert outcome.converted is not None
+    channels = outcome.converted.channels
+    assert {channels[name].status for name in ("SC_y", "AC_x", "GH_z")} == {"estimated"}
+    humerus = made.segments(angles, MODEL)["humerus_r"][1]
+    turn = Rotation.from_matrix(
+        outcome.converted.rotations["humerus_r"].swapaxes(1, 2) @ humerus
+    ).magnitude()
+    assert np.rad2deg(turn).max() < 0.02
+
+
+def test_regressed_girdle_turns_up_with_the_arm() -> None:
+    """Slopes of de Groot and Brand 2001: 0.396 deg of scapula and 0.123 of clavicle per degree."""
+    raised = Rotation.from_euler("YZY", [[0, 40, 0], [0, 100, 0]], degrees=True).as_matrix()
+    direction, scapula = regressed_girdle(raised)
+    upward = Rotation.from_matrix(scapula).as_euler("YZX", degrees=True)[:, 1]
+    assert np.diff(upward) == pytest.approx(60 * 0.396)
+    assert upward[0] == pytest.approx(3.095 + 0.396 * 40 + 0.414 * REST_SCAPULA_DEG[1])
+    clavicle = np.rad2deg(np.arcsin(direction[:, 1]))
+    assert clavicle[0] == pytest.approx(3.917 + 0.123 * 40 + 0.493 * REST_CLAVICLE_DEG[1])
+
+
+def test_angles_have_no_jumps_where_the_arm_has_none(tmp_path: Path) -> None:
+    """The arm swings through GH_z = 0 and turns beyond half a turn."""
+    angles = made.arm_angles()
+    share = np.linspace(0.0, 1.0, len(angles))
+    angles[:, 6] = np.deg2rad(100.0 + 150.0 * share)
+    angles[:, 7] = np.deg2rad(20.0 - 40.0 * share)
+    outcome = convert(tmp_path, made.landmarks(angles, MODEL))
+    assert np.abs(np.diff(angles_of(outcome), axis=0)).max() < 3.0
+
+
+def test_a_trial_with_a_fault_gets_no_table(tmp_path: Path) -> None:
+    points = made.landmarks(made.arm_angles(), MODEL)
+    points["EM"] = points["EM"] + 1.5 * (points["EM"] - points["EL"])
+    outcome = convert(tmp_path, points)
+    assert "epicondyles_apart" in {f.name for f in outcome.findings}
+    write_outcomes(tmp_path / "out", [outcome], False, "a command")
+    assert not (tmp_path / "out" / "trial.csv").exists()
+    assert (tmp_path / "out" / "trial.recording.json").exists()
+    write_outcomes(tmp_path / "out", [outcome], True, "a command")
+    assert (tmp_path / "out" / "trial.csv").exists()

@@ -1,0 +1,98 @@
+"""Raw EMG by the command line to envelopes that a diagnosis reads."""
+
+from pathlib import Path
+
+import made_recordings as made
+import numpy as np
+import pytest
+import yaml
+
+from scapulohumeral import cli
+from scapulohumeral.emg.synthesis import emg_noise
+from scapulohumeral.gap.recording.participant_file import read_participant_file
+from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
+
+pytestmark = pytest.mark.unit
+RATE_HZ = 2000.0
+EMG_MAP = """schema: emg_map/1
+channels:
+  infra: {label: "EMG 3", muscles: [infra]}
+  delt: {label: "EMG 5", muscles: [delt_scap]}
+neighbours: [[infra, delt]]
+"""
+PARTICIPANT = """schema: participant/1
+id: ann
+side: right
+model: {generic: true, body_mass_kg: 70, height_m: 1.75}
+gravity_in_thorax_mps2: [0.0, -9.80665, 0.0]
+"""
+
+
+def noise(seconds: float, level: np.ndarray, seed: int) -> np.ndarray:
+    """EMG-like noise (T,) [V] whose amplitude follows a level over the recording."""
+    count = int(seconds * RATE_HZ)
+    raw = emg_noise(count, 1, RATE_HZ, np.random.default_rng(seed))[:, 0]
+    return 1e-4 * raw * np.interp(np.arange(count), np.linspace(0, count, len(level)), level)
+
+
+def session(folder: Path, signal: np.ndarray, seconds: float) -> list[str]:
+    """A trial with markers and EMG, two contractions of one channel each; arguments of `emg`."""
+    points = made.marked(
+        made.landmarks(made.arm_angles(int(seconds * made.RATE_HZ)), made.tables())
+    )
+    one, two = noise(6.0, np.ones(2), 1), noise(6.0, 0.2 * np.ones(2), 2)
+    quiet = noise(seconds, np.ones(2), 4)
+    made.write_c3d(folder / "reach_r1.c3d", points, analog={"EMG 3": signal, "EMG 5": quiet})
+    held = {name: track[:600] for name, track in points.items()}
+    for name, (a, b) in {"mvc1": (one, two), "mvc2": (two, one)}.items():
+        still = {key: np.repeat(track[:1], 600, axis=0) for key, track in held.items()}
+        made.write_c3d(folder / f"{name}.c3d", still, analog={"EMG 3": a, "EMG 5": 2.0 * b})
+    (folder / "emg.yaml").write_text(EMG_MAP, encoding="utf-8")
+    mvc = [str(folder / "mvc1.c3d"), str(folder / "mvc2.c3d")]
+    return [
+        "emg", str(folder / "reach_r1.c3d"), "--mvc", *mvc, "--map", str(folder / "emg.yaml"),
+        "--out", str(folder / "out"),
+    ]  # fmt: skip
+
+
+def test_a_diagnosis_reads_what_was_written(tmp_path: Path) -> None:
+    level = np.array([0.1, 0.1, 0.5, 0.5, 0.1, 0.1])
+    arguments = session(tmp_path, noise(4.0, level, 3), 4.0)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "participant.yaml").write_text(PARTICIPANT, encoding="utf-8")
+    map_file = made.write_map(tmp_path / "map.yaml")
+    trial = str(tmp_path / "reach_r1.c3d")
+    assert cli.main(["convert", trial, "--map", str(map_file), "--out", str(tmp_path / "out")]) == 0
+    assert cli.main(arguments) == 0
+    read, _ = read_trial(tmp_path / "out" / "reach_r1.csv", TrialEntry())
+    assert read.emg is not None
+    assert read.emg.channels == ("EMG_delt", "EMG_infra")
+    delt, infra = read.emg.values.T
+    middle = np.abs(read.emg.time_s - 2.0) < 0.3
+    # Each channel is scaled by the contraction that it was strongest in: 1 and 2 times 1e-4 V.
+    assert infra[middle].mean() == pytest.approx(0.5, abs=0.06)
+    assert delt[middle].mean() == pytest.approx(0.5, abs=0.06)
+    file = read_participant_file(tmp_path / "out" / "participant.yaml", "published")
+    assert file.participant.emg_channels == {"EMG_infra": ("infra",), "EMG_delt": ("delt_scap",)}
+    assert file.participant.neighbours == (("EMG_infra", "EMG_delt"),)
+
+
+def test_a_clipped_channel_is_named_and_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clipped = np.clip(noise(4.0, np.ones(2), 3), -1.5e-4, 1.5e-4)
+    assert cli.main(session(tmp_path, clipped, 4.0)) == 2
+    said = capsys.readouterr().out
+    assert "channel infra, trial: clipping" in said
+    assert "(left out)" in said
+    header = (tmp_path / "out" / "reach_r1_emg.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header == "time_s,EMG_delt,simulated"
+
+
+def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    document = yaml.safe_load(EMG_MAP)
+    document["channels"]["infra"]["muscles"] = ["infraspinatus"]
+    (tmp_path / "emg.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    assert cli.main(arguments) == 2
+    assert "infraspinatus; expected muscle groups" in capsys.readouterr().err

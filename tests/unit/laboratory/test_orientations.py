@@ -1,0 +1,100 @@
+"""Orientations of segments, as quaternions or matrices in axes of the ISB, come back as angles."""
+
+from pathlib import Path
+
+import made_recordings as made
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.convert import Outcome, Settings, convert_orientations
+from scapulohumeral.laboratory.motions.orientations import ISB_AXES, read_orientation_map
+
+pytestmark = pytest.mark.unit
+MODEL = made.tables()
+NAMES = {
+    "thorax": "trunk", "clavicle_r": "clav", "scapula_r": "scap", "humerus_r": "arm", "ulna_r": "f",
+}  # fmt: skip
+MAP = """schema: orientation_map/1
+side: {side}
+axes: isb
+segments: {{thorax: trunk, clavicle: clav, scapula: scap, humerus: arm, forearm: f}}
+"""
+
+
+def isb_orientations(angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Segments in the laboratory, axes of the ISB; y of the forearm from US to the elbow."""
+    frames = {name: r for name, (_, r) in made.segments(angles, MODEL).items()}
+    points = made.landmarks(angles, MODEL)
+    along = (points["EL"] + points["EM"]) / 2.0 - points["US"]
+    y = along @ made.TO_LABORATORY
+    y = y / np.linalg.norm(y, axis=1, keepdims=True)
+    x = np.cross(y, [0.3, 0.2, 0.9])
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    frames["ulna_r"] = np.stack([x, y, np.cross(x, y)], axis=-1)
+    return {NAMES[n]: made.TO_LABORATORY @ r @ ISB_AXES.T for n, r in frames.items()}
+
+
+def write(path: Path, frames: dict[str, np.ndarray], kind: str) -> None:
+    """Write orientations as a table of quaternions or matrices."""
+    columns = {"time_s": np.arange(made.FRAMES) / made.RATE_HZ}
+    for name, r in frames.items():
+        if kind == "matrix":
+            cells = {f"{name}_r{i + 1}{j + 1}": r[:, i, j] for i in range(3) for j in range(3)}
+        else:
+            q = Rotation.from_matrix(r).as_quat(scalar_first=True)
+            cells = {f"{name}_q{i}": q[:, i] for i in range(4)}
+        columns |= cells
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+
+
+def convert(folder: Path, text: str) -> Outcome:
+    """Convert the table that was written."""
+    (folder / "map.yaml").write_text(text, encoding="utf-8")
+    read = read_orientation_map(folder / "map.yaml")
+    settings = Settings(MODEL, Limits())
+    [outcome] = convert_orientations([folder / "trial.csv"], read, settings, lambda line: None)
+    return outcome
+
+
+@pytest.mark.parametrize("kind", ["quaternion", "matrix"])
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_joint_angles_come_back(tmp_path: Path, kind: str, side: str) -> None:
+    angles = made.arm_angles()
+    angles[:, 2] += 0.4  # axial rotation of the clavicle is measured here, not estimated
+    frames = isb_orientations(angles)
+    if side == "left":
+        # A left arm in the mirror; z of the ISB points right on both sides.
+        isb, lab = np.diag([1.0, 1.0, -1.0]), np.diag([-1.0, 1.0, 1.0])
+        frames = {name: lab @ r @ isb for name, r in frames.items()}
+    write(tmp_path / "trial.csv", frames, kind)
+    outcome = convert(tmp_path, MAP.format(side=side))
+    assert outcome.converted is not None, outcome.refusal
+    error = np.rad2deg(outcome.converted.angles_rad - angles)
+    assert np.abs(error).max() < 0.01
+    assert {c.status for c in outcome.converted.channels.values()} == {"measured"}
+
+
+def test_sensors_are_turned_into_their_segments(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    frames = isb_orientations(angles)
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.2])
+    frames["arm"] = frames["arm"] @ turn.as_matrix()
+    write(tmp_path / "trial.csv", frames, "quaternion")
+    q = ", ".join(f"{v:.9f}" for v in turn.as_quat(scalar_first=True))
+    outcome = convert(
+        tmp_path, MAP.format(side="right") + f"sensor_in_segment: {{humerus: [{q}]}}\n"
+    )
+    assert outcome.converted is not None, outcome.refusal
+    assert np.abs(np.rad2deg(outcome.converted.angles_rad - angles)).max() < 0.01
+
+
+def test_matrices_column_by_column_are_noticed(tmp_path: Path) -> None:
+    """A left-handed matrix is no rotation, nor is one with mixed columns."""
+    frames = isb_orientations(made.arm_angles())
+    frames["scap"] = frames["scap"][:, :, [1, 0, 2]]
+    write(tmp_path / "trial.csv", frames, "matrix")
+    outcome = convert(tmp_path, MAP.format(side="right"))
+    assert "row 2, columns scap_r11 to scap_r33: no rotation" in outcome.refusal

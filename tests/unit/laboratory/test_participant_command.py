@@ -1,0 +1,122 @@
+"""Participants from landmarks and body size, as a diagnosis and as the study read them."""
+
+from pathlib import Path
+
+import made_recordings as made
+import numpy as np
+import pytest
+
+from scapulohumeral import cli
+from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
+from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
+
+pytestmark = pytest.mark.unit
+MODEL = made.tables()
+SIZE = 1.12
+BODY = ["--body-mass", "60", "--height", "1.65", "--sex", "female"]
+
+
+def session(folder: Path, names: list[str]) -> list[str]:
+    """Recordings of a person 1.12 times the model, and their map; arguments of the commands."""
+    points = made.landmarks(made.arm_angles(), MODEL)
+    larger = made.marked({name: SIZE * p for name, p in points.items()})
+    for name in names:
+        made.write_c3d(folder / f"{name}.c3d", larger)
+    return ["--map", str(made.write_map(folder / "map.yaml"))]
+
+
+def test_scale_factors_are_those_of_the_person() -> None:
+    points = made.landmarks(made.arm_angles(), MODEL)
+    larger = {name: SIZE * p for name, p in points.items()}
+    longer_arm = larger | {"EL": larger["EL"] + 0.1 * (larger["EL"] - larger["GH"])}
+    assert scale_factors([larger], MODEL) == pytest.approx(
+        dict.fromkeys(SCALED_SEGMENTS, SIZE), rel=1e-2
+    )
+    changed = scale_factors([longer_arm], MODEL)
+    assert changed["humerus_r"] > 1.03 * SIZE
+    assert changed["scapula_r"] == pytest.approx(SIZE, rel=1e-3)
+
+
+def test_masses_are_fractions_of_body_mass() -> None:
+    """De Leva 1996, women: 2.55, 1.38 and 0.56 % of body mass."""
+    masses = segment_masses(Body(60.0, 1.65, "female"), MODEL)
+    assert masses["humerus_r"] == pytest.approx(0.0255 * 60.0)
+    assert masses["ulna_r"] + masses["radius_r"] == pytest.approx(0.0138 * 60.0)
+    assert masses["hand_r"] == pytest.approx(0.0056 * 60.0)
+    # Scaled as a whole to this mass, the arm of the model weighs as much.
+    base = {name: MODEL.segments[name].mass_kg for name in SCALED_SEGMENTS}
+    ratio = total_mass(masses, MODEL) / sum(base.values())
+    arm = [name for name in SCALED_SEGMENTS if name != "thorax"]
+    assert ratio * sum(base[n] for n in arm) == pytest.approx(sum(masses[n] for n in arm))
+
+
+def test_convert_writes_the_participant_of_a_diagnosis(tmp_path: Path) -> None:
+    arguments = session(tmp_path, ["reach_before_1", "reach_before_2", "reach_after_1"])
+    files = [str(file) for file in sorted(tmp_path.glob("*.c3d"))]
+    tasks = ["--tasks", r"(?P<task>[a-z]+)_.*_(?P<repeat>\d+)$"]
+    out = tmp_path / "out"
+    more = ["--out", str(out), "--id", "ann", *BODY, *tasks]
+    assert cli.main(["convert", *files, *arguments, *more]) == 0
+    file = read_participant_file(find_participant(sorted(out.glob("*.csv"))), "published")
+    person = file.participant
+    assert person.id == "ann"
+    assert person.model.scale["humerus_r"] == pytest.approx((SIZE,) * 3, rel=2e-3)
+    assert person.model.segment_mass_kg["hand_r"] == pytest.approx(0.0056 * 60.0, rel=1e-3)
+    assert (file.trials["reach_after_1"].task, file.trials["reach_after_1"].repeat) == ("reach", 1)
+    assert file.trials["reach_before_2"].repeat == 2
+    # The person leans by 8 deg about the axis to the right: gravity turns the other way.
+    lean = np.deg2rad(made.LEAN_DEG)
+    expected = 9.80665 * np.array([0.0, -np.cos(lean), -np.sin(lean)])
+    assert np.abs(np.abs(person.gravity_mps2) - np.abs(expected)).max() < 0.02
+    up = made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]
+    assert np.array(person.gravity_mps2) == pytest.approx(-9.80665 * up, abs=0.01)
+
+
+def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:
+    arguments = session(tmp_path, ["static", "frontal", "reach"])
+    out, people = tmp_path / "out", tmp_path / "people"
+    files = [str(tmp_path / f"{name}.c3d") for name in ("frontal", "reach")]
+    assert cli.main(["convert", *files, *arguments, "--out", str(out)]) == 0
+    trials = [str(out / "frontal.csv"), str(out / "reach.csv")]
+    more = ["--trials", *trials, "--out", str(people), "--id", "ann", *BODY]
+    static = ["--static", str(tmp_path / "static.c3d")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 0
+    person = read_participant(people, "ann")
+    assert set(person.trials) == {"frontal", "reach"}
+    assert person.body_mass_kg == 60.0
+    assert person.scale["scapula_r"] == pytest.approx((SIZE,) * 3, rel=2e-3)
+    assert person.gravity_mps2 == pytest.approx(
+        tuple(-9.80665 * made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]), abs=0.01
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (["--height", "165"], "expected 1 to 2.5 m"),
+        (["--body-mass", "600"], "expected 20 to 300 kg"),
+        (["--id", "Ann 1"], "expected small letters and digits"),
+    ],
+)
+def test_wrong_persons_are_refused(
+    change: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, ["frontal"])
+    file, out = str(tmp_path / "frontal.c3d"), str(tmp_path / "out")
+    assert cli.main(["convert", file, *arguments, "--out", out]) == 0
+    more = ["--trials", str(tmp_path / "out" / "frontal.csv"), "--id", "ann", *BODY]
+    people = str(tmp_path / "people")
+    call = ["participant", "--static", file, *arguments, "--out", people, *more, *change]
+    assert cli.main(call) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_tasks_need_their_groups(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = session(tmp_path, ["reach_1"])
+    call = ["convert", str(tmp_path / "reach_1.c3d"), *arguments, "--out", str(tmp_path / "out")]
+    assert cli.main([*call, *BODY, "--tasks", "([a-z]+)_"]) == 2
+    assert "expected groups (?P<task>...)" in capsys.readouterr().err
+    assert cli.main([*call, *BODY, "--tasks", r"(?P<task>x+)(?P<repeat>\d)"]) == 2
+    assert "fits none of reach_1" in capsys.readouterr().err

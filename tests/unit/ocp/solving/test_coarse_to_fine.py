@@ -1,0 +1,118 @@
+"""Meshes on the way: what is carried over, the same solution as on one mesh, and the way back."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_arm import (
+    STEP,
+    small_forces,
+    small_motion,
+    small_muscles,
+    small_objective,
+    small_parameters,
+)
+
+from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
+from scapulohumeral.ocp.solving.mesh_transfer import transfer
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
+
+pytestmark = pytest.mark.unit
+
+NODES = 17
+SETTINGS = SolverSettings(tolerance=1e-8, coarse=(5, 9))
+
+
+@pytest.fixture
+def family(equations):
+    """Problems of one movement by number of nodes and Hessian mode."""
+    objective = small_objective(equations.name, NODES, 0.0)
+    forces, muscles, parameters = small_forces(equations), small_muscles(), small_parameters()
+
+    def family(nodes, hessian):
+        return Problem(forces, muscles, parameters, objective.on_nodes(nodes), hessian)
+
+    return family
+
+
+@pytest.fixture
+def start(family):
+    problem = family(NODES, "gauss-newton")
+    guess = initial_guess.from_motion(
+        problem.collocation.forces,
+        problem.collocation.muscles,
+        problem.collocation.parameters,
+        small_motion(NODES),
+        STEP,
+    )
+    return Start(problem.layout.join(guess))
+
+
+def test_meshes_are_a_quarter_and_a_half_unless_that_is_too_few():
+    assert coarse_nodes(81) == (21, 41)
+    assert coarse_nodes(41) == (21,)
+    assert coarse_nodes(21) == ()
+
+
+def test_straight_lines_and_constant_densities_are_carried_over_exactly(family):
+    before, after = family(9, "gauss-newton"), family(17, "gauss-newton")
+
+    def along_time(problem):
+        lay = problem.layout
+        rows = 1.0 + np.arange(lay.trajectory_size // lay.nodes)[:, None]
+        free = (rows + np.linspace(0, 1, lay.nodes)).ravel()
+        intervals = lay.nodes - 1
+        count = problem.collocation.number_of_equations
+        middle = (np.arange(intervals) + 0.5) / intervals
+        density = (np.arange(count)[:, None] + middle) / intervals
+        own = np.zeros(problem.num_constraints - density.size) + 3.0
+        share = np.full(lay.nodes, 1.0 / intervals)
+        share[[0, -1]] /= 2
+        bound = (rows * share).ravel()
+        return Start(free, np.concatenate([density.ravel(), own]), bound, 2 * bound)
+
+    carried, expected = transfer(along_time(before), before, after), along_time(after)
+    for kind in ("free", "multipliers", "lower", "upper"):
+        np.testing.assert_allclose(getattr(carried, kind), getattr(expected, kind), rtol=1e-12)
+
+
+def test_a_cold_start_stays_cold(family, start):
+    carried = transfer(start, family(NODES, "exact"), family(5, "exact"))
+    assert carried.multipliers is None
+
+
+def test_objective_on_another_mesh_spans_the_same_time(family):
+    fine, coarse = (family(n, "exact").objective_function for n in (NODES, 5))
+    assert coarse.step * 4 == pytest.approx(fine.step * (NODES - 1))
+    np.testing.assert_allclose(coarse.reference[[0, -1]], fine.reference[[0, -1]], atol=1e-12)
+
+
+def test_same_solution_as_on_one_mesh(family, start, tmp_path):
+    log = tmp_path / "solver.log"
+    alone = solve(lambda mode: family(NODES, mode), start, replace(SETTINGS, coarse=()))
+    result = solve_coarse_to_fine(family, NODES, start, SETTINGS, log)
+    assert result.optimal
+    assert (result.meshes, result.remark) == ((5, 9, NODES), "")
+    assert result.objective == pytest.approx(alone.objective, rel=1e-5)
+    nodes = [json.loads(line)["nodes"] for line in log.read_text().splitlines()]
+    assert list(dict.fromkeys(nodes)) == [5, 9, NODES]
+    assert result.iterations == len(nodes) - 4  # two phases on the coarsest mesh
+
+
+def test_a_coarse_mesh_that_fails_leaves_the_problem_to_its_own_mesh(family, start, tmp_path):
+    def broken(nodes, hessian):
+        problem = family(nodes, hessian)
+        if nodes < NODES:
+            problem.add_option("max_iter", 1)
+            problem.add_option = lambda key, value: None
+        return problem
+
+    log = tmp_path / "solver.log"
+    result = solve_coarse_to_fine(broken, NODES, start, SETTINGS, log)
+    assert result.optimal
+    assert result.meshes == (NODES,)
+    assert "mesh of 5 nodes on the way" in result.remark
+    assert result.remark in log.read_text()

@@ -1,0 +1,284 @@
+"""The optimal control problem: derivatives by differences, opty's layout, cold and warm solves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import sparse
+from small_arm import (
+    STEP,
+    small_forces,
+    small_motion,
+    small_muscles,
+    small_objective,
+    small_parameters,
+)
+
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.rotations import quaternion_multiply
+from scapulohumeral.ocp import problem as ocp_problem
+from scapulohumeral.ocp.layout import REACTION_UNIT_N
+from scapulohumeral.ocp.objective import Weights
+from scapulohumeral.ocp.optimality.kkt import certificate
+from scapulohumeral.ocp.problem import Bounds, Problem
+from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
+
+pytestmark = pytest.mark.unit
+
+NODES = 5
+
+
+@pytest.fixture
+def make(equations):
+    """Function that builds the small problem with a Hessian mode."""
+
+    def make(hessian="exact", nodes=NODES, stability=2.0, bounds=None):
+        return Problem(
+            small_forces(equations),
+            small_muscles(),
+            small_parameters(),
+            small_objective(equations.name, nodes, stability),
+            hessian,
+            bounds,
+        )
+
+    return make
+
+
+@pytest.fixture
+def point(make):
+    """A free vector near the motion, off every equality."""
+    problem = make()
+    guess = initial_guess.from_motion(
+        problem.collocation.forces,
+        problem.collocation.muscles,
+        problem.collocation.parameters,
+        small_motion(NODES),
+        STEP,
+    )
+    free = problem.layout.join(guess)
+    return free + 0.02 * np.random.default_rng(5).normal(size=free.size)
+
+
+def dense(values, structure, shape):
+    return sparse.coo_matrix((values, structure), shape=shape).toarray()
+
+
+def differences(function, x, h=1e-6):
+    return np.stack(
+        [(function(x + s) - function(x - s)) / (2 * h) for s in h * np.eye(x.size)], axis=-1
+    )
+
+
+def assert_close(actual, expected, share):
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=share * np.abs(expected).max())
+
+
+def test_gradient_matches_differences(make, point):
+    problem = make()
+    expected = differences(lambda x: np.array(problem.objective(x)), point)
+    assert_close(problem.gradient(point), expected, 1e-7)
+
+
+def test_jacobian_matches_differences(make, point):
+    problem = make()
+    shape = (problem.num_constraints, problem.num_free)
+    actual = dense(problem.jacobian(point), problem.jacobianstructure(), shape)
+    assert_close(actual, differences(problem.constraints, point), 1e-7)
+
+
+def test_exact_hessian_matches_differences(make, point):
+    problem = make()
+    multipliers = np.random.default_rng(4).normal(size=problem.num_constraints)
+    shape = (problem.num_constraints, problem.num_free)
+    structure = problem.jacobianstructure()
+
+    def lagrangian_gradient(x):
+        jacobian = sparse.csr_matrix((problem.jacobian(x), structure), shape=shape)
+        return 0.7 * problem.gradient(x) + jacobian.T @ multipliers
+
+    rows, columns = problem.hessianstructure()
+    assert (rows >= columns).all()
+    assert len(set(zip(rows.tolist(), columns.tolist(), strict=True))) == rows.size
+    lower = dense(problem.hessian(point, multipliers, 0.7), (rows, columns), (point.size,) * 2)
+    full = lower + np.tril(lower, -1).T
+    assert_close(full, differences(lagrangian_gradient, point), 1e-6)
+
+
+def test_gauss_newton_hessian_is_positive_semidefinite(make, point):
+    problem = make("gauss-newton")
+    multipliers = np.ones(problem.num_constraints)
+    lower = dense(
+        problem.hessian(point, multipliers, 1.0), problem.hessianstructure(), (point.size,) * 2
+    )
+    full = lower + np.tril(lower, -1).T
+    assert np.linalg.eigvalsh(full).min() > -1e-9 * np.abs(full).max()
+
+
+def test_free_vector_is_laid_out_as_opty_does(make, point):
+    problem = make()
+    x = problem.trajectory(point)
+    states, inputs, _ = problem.parse_free(point)
+    np.testing.assert_array_equal(states, np.hstack([x.q, x.u, x.a]).T)
+    names = [f.__class__.__name__ for f in problem.collocator.unknown_input_trajectories]
+    reaction = x.reaction[:, 1] / REACTION_UNIT_N
+    np.testing.assert_allclose(inputs[names.index("R_y")], reaction, rtol=1e-15)
+    np.testing.assert_array_equal(inputs[names.index("e_biceps")], x.e[:, 1])
+    np.testing.assert_allclose(problem.layout.join(x), point, rtol=1e-15)
+
+
+def test_bounds_reach_the_right_unknowns(make, point):
+    problem = make()
+    low, high = problem.layout.split(problem.lower_bound), problem.layout.split(problem.upper_bound)
+    expected = {"a": (0, 1), "e": (0, 1), "reaction": (-5e3, 5e3), "u": (-40, 40)}
+    for kind, (least, most) in expected.items():
+        assert (getattr(low, kind) == least).all()
+        assert (getattr(high, kind) == most).all()
+
+
+def test_clavicle_is_anchored_at_both_ends_only(make, point):
+    problem = make()
+    objective = problem.objective_function
+    if "anchor" not in objective.errors.groups:
+        pytest.skip("Euler angles have no anchor")
+    x = problem.trajectory(point)
+
+    def cost(node):
+        q = x.q.copy()
+        q[node, :4] = np.roll(q[node, :4], 1)
+        moved = objective.terms(replace(x, q=q))["anchor"]
+        return abs(moved - objective.terms(x)["anchor"])
+
+    assert min(cost(0), cost(-1)) > 1e-3
+    assert max(cost(node) for node in range(1, len(x.q) - 1)) == 0.0
+    # The authors' weight: that of tracking times a whole interval times sin^2 of half the angle.
+    unit = x.q[0, :4] / np.linalg.norm(x.q[0, :4])
+    q = x.q.copy()
+    q[0, :4] = quaternion_multiply(unit, [np.cos(0.1), np.sin(0.1), 0.0, 0.0])
+    reference = objective.reference.copy()
+    reference[:, -4:] = [unit, *[q[-1, :4]] * (len(q) - 1)]
+    anchored = replace(objective, reference=reference).terms(replace(x, q=q))["anchor"]
+    expected = objective.weights.anchor * objective.step * np.sin(0.1) ** 2
+    assert anchored == pytest.approx(expected, rel=1e-9)
+
+
+def test_chosen_bounds_reach_the_right_unknowns(make, equations):
+    coordinates = equations.number_of_coordinates
+    box = np.stack([-1.0 - np.arange(coordinates), 2.0 + np.arange(coordinates)])
+    bounds = Bounds(compression=(0.0, 1600.0), coordinates=box, ends_at_rest=True)
+    problem = make(bounds=bounds)
+    low, high = problem.layout.split(problem.lower_bound), problem.layout.split(problem.upper_bound)
+    np.testing.assert_array_equal(low.q, np.tile(box[0], (NODES, 1)))
+    np.testing.assert_array_equal(high.q, np.tile(box[1], (NODES, 1)))
+    np.testing.assert_allclose(high.reaction[0], [1600.0, 5e3, 5e3])
+    np.testing.assert_allclose(low.reaction[0], [0.0, -5e3, -5e3])
+    np.testing.assert_array_equal(low.u[[0, -1]], 0.0)
+    np.testing.assert_array_equal(high.u[[0, -1]], 0.0)
+    assert (high.u[1:-1] == 40.0).all()
+
+
+def test_terms_sum_to_the_objective(make, point):
+    problem = make()
+    terms = problem.objective_function.terms(problem.trajectory(point))
+    assert "stability" in terms
+    assert sum(terms.values()) == pytest.approx(problem.objective(point), rel=1e-14)
+
+
+def solved(make, strategy, start, **options):
+    return solve(
+        lambda mode: make(mode, nodes=12, stability=0.0),
+        start,
+        SolverSettings(strategy=strategy, **options),
+    )
+
+
+@pytest.fixture
+def cold_start(make):
+    problem = make(nodes=12, stability=0.0)
+    guess = initial_guess.from_motion(
+        problem.collocation.forces,
+        problem.collocation.muscles,
+        problem.collocation.parameters,
+        small_motion(12),
+        STEP,
+    )
+    return Start(problem.layout.join(guess))
+
+
+@pytest.mark.parametrize("unit", [10.0, 1000.0])
+def test_optimum_is_one_whatever_the_unit_of_the_reaction(make, cold_start, monkeypatch, unit):
+    """The optimum found in one unit is certified in another, with its multipliers turned over."""
+    problem = make(nodes=12, stability=0.2)
+    start = Start(problem.layout.join(make(nodes=12).trajectory(cold_start.free)))
+    settings = SolverSettings(tolerance=1e-9)
+    result = solve(lambda mode: make(mode, nodes=12, stability=0.2), start, settings)
+    assert result.optimal, result.message
+    point, ratio = result.point, unit / REACTION_UNIT_N
+    x = problem.trajectory(point.free)
+
+    monkeypatch.setattr(ocp_problem, "REACTION_UNIT_N", unit)
+    other = make(nodes=12, stability=0.2)
+    layout, nq = other.layout, problem.layout.coordinates
+    assert layout.reaction_unit_N == unit
+    rows = slice((nq + 10) * (layout.nodes - 1), (nq + 13) * (layout.nodes - 1))
+    multipliers = point.multipliers.copy()
+    multipliers[rows] *= ratio
+    lower, upper = point.lower.copy(), point.upper.copy()
+    places = layout.index("reaction", np.arange(3), np.arange(layout.nodes))
+    lower[places] *= ratio
+    upper[places] *= ratio
+    same = Start(layout.join(x), multipliers, lower, upper)
+    assert other.objective(same.free) == pytest.approx(result.objective, rel=1e-12)
+    proof = certificate(other, same)
+    assert proof.unscaled.stationarity < 1e-6 * max(ratio, 1.0)
+    assert proof.unscaled.feasibility < 1e-7 * max(1.0 / ratio, 1.0)
+    assert proof.reduced_hessian_positive
+    for name in ("lower_bound", "upper_bound"):
+        bounds = [p.layout.split(getattr(p, name)).reaction for p in (problem, other)]
+        np.testing.assert_allclose(*bounds, rtol=1e-14)
+
+
+def test_automatic_and_limited_memory_reach_the_same_optimum(make, cold_start):
+    automatic = solved(make, "automatic", cold_start)
+    assert automatic.optimal, automatic.message
+    assert automatic.constraint_violation <= 1e-6
+    other = solved(make, "limited-memory", cold_start, max_iterations=3000)
+    assert other.optimal, other.message
+    assert other.objective == pytest.approx(automatic.objective, rel=1e-4)
+
+
+def test_quaternions_keep_their_norm_between_the_nodes(make, cold_start):
+    result = solved(make, "automatic", cold_start)
+    problem = make(nodes=12, stability=0.0)
+    x = problem.trajectory(result.point.free)
+    if x.q.shape[1] == 13:
+        norms = [np.linalg.norm(x.q[:, i : i + 4], axis=1) for i in (0, 4, 8)]
+        np.testing.assert_allclose(norms, 1.0, atol=1e-10)
+
+
+def test_warm_start_takes_few_iterations(make, cold_start):
+    first = solved(make, "automatic", cold_start)
+    again = solved(make, "automatic", first.point)
+    assert again.optimal
+    assert again.iterations < first.iterations / 2
+    assert again.objective == pytest.approx(first.objective, rel=1e-6)
+
+
+def test_iteration_limit_counts_as_failure(make, cold_start):
+    result = solved(make, "exact", cold_start, max_iterations=2)
+    assert not result.optimal
+    assert "iteration" in result.message.lower()
+
+
+def test_nonsense_settings_are_refused():
+    with pytest.raises(ConfigError, match="choose one of"):
+        SolverSettings(strategy="newton")
+    with pytest.raises(ConfigError, match="tolerance"):
+        SolverSettings(tolerance=2.0)
+    with pytest.raises(ConfigError, match="negative"):
+        Weights(activation=-1.0)
+    with pytest.raises(ConfigError, match="reaction_rate"):
+        Weights(reaction_rate=0.0)
+    with pytest.raises(ConfigError, match="unknown segment"):
+        Weights(tracked=("thorax",))

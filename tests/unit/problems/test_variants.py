@@ -1,0 +1,115 @@
+"""Variants and the ladder between two of them; choices of the problem and what they put on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arm import parameters
+from small_arm import small_muscles
+
+from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.problems.problem_choices import (
+    ProblemChoices,
+    chosen_bounds,
+    chosen_parameters,
+    without_force,
+)
+from scapulohumeral.problems.variants import Variant, ladder, model_name, named_variants
+
+pytestmark = pytest.mark.unit
+
+PUBLISHED = {"model": {"masses": "divided"}, "problem": {"stops": False, "conoid": "soft"}}
+LADDER = {
+    "start": "published",
+    "steps": {"ligament": ["conoid"], "masses": ["masses"], "stops": ["stops"]},
+}
+
+
+def section(**changes):
+    return {"named": {"published": PUBLISHED}, "ladder": {**LADDER, **changes}}
+
+
+def test_rungs_take_differences_back_alone_and_together():
+    found = named_variants(section())
+    assert found["alone_masses"] == Variant("alone_masses", {}, PUBLISHED["problem"])
+    assert found["upto_masses"] == Variant("upto_masses", {}, {"stops": False})
+    last = found["upto_stops"]
+    assert (last.model, last.problem) == (found["study"].model, found["study"].problem)
+
+
+def test_ladder_names_what_it_cannot_take_back():
+    with pytest.raises(ConfigError, match=r"steps.ligament.*springs.*differs in: masses, stops"):
+        named_variants(section(steps={"ligament": ["springs"]}))
+    with pytest.raises(ConfigError, match="Write one of: published"):
+        ladder({"published": Variant("published", {}, {})}, {"start": "publisher", "steps": {}})
+
+
+def test_models_are_named_by_their_choices():
+    configured = {"masses": "published", "fibres": "recorded_range"}
+    assert model_name(configured, {}) is None
+    assert model_name(configured, {"masses": "published"}) is None
+    assert model_name(configured, {"masses": "divided"}) == "divided-recorded_range"
+
+
+def test_the_studys_own_choices_change_no_parameter():
+    own = pack(parameters())
+    np.testing.assert_array_equal(chosen_parameters(own, ProblemChoices()), own)
+
+
+@pytest.mark.parametrize(
+    ("choices", "blocks"),
+    [
+        ({"conoid": "soft"}, {"conoid_stiffness", "conoid_eps"}),
+        ({"stops": False}, {"stop_stiffness"}),
+        ({"contact": "none"}, {"contact_stiffness"}),
+        ({"contact": "published"}, {"thorax_centre", "thorax_radii"}),
+    ],
+)
+def test_a_choice_changes_its_own_parameters_only(choices, blocks):
+    before = unpack(pack(parameters(conoid_stiffness=8e4, stop_stiffness=5e3)))
+    after = unpack(chosen_parameters(pack(before), ProblemChoices(**choices)))
+    changed = {name for name in before if not np.array_equal(before[name], after[name])}
+    assert changed == blocks
+
+
+def test_exponential_springs_replace_linear_ones():
+    after = unpack(chosen_parameters(pack(parameters()), ProblemChoices(springs="exponential")))
+    np.testing.assert_array_equal(after["joint_stiffness"][:3], 0.0)
+    np.testing.assert_array_equal(after["spring_torque"], [1.0, 1.0, 0.25, 0.0])
+    np.testing.assert_allclose(after["rest_GH"].reshape(3, 3), np.eye(3), atol=1e-15)
+
+
+def test_bounds_are_those_of_the_reference():
+    reference = np.linspace(-0.3, 0.7, 13) + np.linspace(0.0, 0.2, 5)[:, None]
+    bounds = chosen_bounds(
+        ProblemChoices(coordinate_margin=0.2, largest_compression_N=1600.0, ends_at_rest=True),
+        reference,
+    )
+    low, high = bounds.coordinates
+    np.testing.assert_allclose(low, reference[0] - 0.2)
+    free = np.setdiff1d(np.arange(13), [0, 4, 8])
+    np.testing.assert_allclose(high[free], reference[-1, free] + 0.2)
+    assert (high[[0, 4, 8]] <= 1.0).all()
+    assert bounds.compression == (0.0, 1600.0)
+    assert bounds.ends_at_rest
+    own = chosen_bounds(ProblemChoices(), reference)
+    assert (own.compression, own.coordinates, own.ends_at_rest) == (None, None, False)
+
+
+def test_lost_muscles_lose_active_or_whole_force():
+    muscles = replace(small_muscles(), capacity=np.full(3, 0.5))
+    lost = np.array([True, False, False])
+    active = without_force(muscles, lost, 0.2, "active")
+    np.testing.assert_allclose(active.capacity, [0.1, 0.5, 0.5])
+    np.testing.assert_array_equal(active.max_isometric_force, muscles.max_isometric_force)
+    whole = without_force(muscles, lost, 0.0, "whole")
+    assert 0.0 < whole.max_isometric_force[0] < 1e-3
+    np.testing.assert_array_equal(whole.capacity, muscles.capacity)
+
+
+def test_unknown_choices_are_refused():
+    with pytest.raises(ConfigError, match="choice springs: 'cubic'; choose linear or exponential"):
+        ProblemChoices(springs="cubic")
+    with pytest.raises(ConfigError, match="coordinate_margin"):
+        ProblemChoices(coordinate_margin=0.0)

@@ -1,0 +1,168 @@
+"""What a configuration asks for, and refusals before anything is planned."""
+
+import copy
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+from scapulohumeral.configuration.check import read_config
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.provenance import CONFIG_FOLDER
+from scapulohumeral.study import Study, planned
+
+pytestmark = pytest.mark.unit
+
+PARTICIPANTS = CONFIG_FOLDER / "participants"
+SIMULATED = Path("made")
+Edit = Callable[[dict], object]
+
+
+def study(change: Edit = lambda config: None, folder: Path = PARTICIPANTS) -> Study:
+    """The committed study with a change of its configuration."""
+    config = copy.deepcopy(read_config())
+    config.update(participants=["par2", "par1"], planes=["sagittal", "frontal"])
+    config["validation"].update(tasks=["driving", "drinking"])
+    config["prediction"].update(predict=["healthy"], predict_also={"par1": ["cuff_w2"]})
+    change(config)
+    return planned(config, folder)
+
+
+@pytest.fixture
+def people(tmp_path: Path) -> Callable[[Edit], Path]:
+    """Function that copies the participants, with a change of the file of par1."""
+
+    def copied(change: Edit) -> Path:
+        folder = tmp_path / "participants"
+        shutil.copytree(PARTICIPANTS, folder)
+        path = folder / "par1" / "participant.yaml"
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        change(document)
+        path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
+        return folder
+
+    return copied
+
+
+def test_trials_and_tasks_are_those_of_the_participant() -> None:
+    one = study()
+    assert list(one.trials("par2"))[:3] == ["frontal", "scapular", "sagittal"]
+    assert one.recording("par2", "driving") == PARTICIPANTS / "par2" / "driving.csv"
+    assert one.tasks("par2") == ["driving", "drinking"], "in the order of the configuration"
+    assert one.tasks("par1") == []
+    assert one.validated() == [("par2", "driving"), ("par2", "drinking")]
+
+
+def test_elevations_come_in_one_order_and_all() -> None:
+    names = [path.stem for path in study().elevations("par2")]
+    assert names == ["frontal", "scapular", "sagittal"]
+
+
+def test_predictions_are_those_of_all_and_those_of_one() -> None:
+    one = study()
+    assert one.predicted() == [("par2", "healthy"), ("par1", "healthy"), ("par1", "cuff_w2")]
+    assert one.condition("cuff_w2")["muscles"] == ["supra", "infra"]
+
+
+def test_muscles_are_calibrated_if_anything_needs_them() -> None:
+    def nothing(config: dict) -> None:
+        config["validation"].update(tasks=[])
+        config["prediction"].update(predict=[], predict_also={})
+
+    assert study(nothing).calibrated() == []
+    assert study(nothing).with_emg() == []
+    assert study().calibrated() == ["par2", "par1"]
+    assert study().with_emg() == [
+        ("par2", "sagittal"),
+        ("par2", "frontal"),
+        ("par2", "driving"),
+        ("par2", "drinking"),
+        ("par1", "sagittal"),
+        ("par1", "frontal"),
+    ]
+
+
+def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], Path]) -> None:
+    emg = {"mvc": "emg/mvc.csv", "trials": {"frontal": "emg/frontal.c3d"}, "delay_s": 0.0}
+    folder = people(lambda document: document.update(emg=emg))
+    one = study(folder=folder)
+    measured = one.raw_emg("par1", "frontal", SIMULATED)
+    assert measured["raw"] == folder / "par1" / "emg/frontal.c3d"
+    assert measured["mvc"] == folder / "par1" / "emg/mvc.csv"
+    assert one.raw_emg("par1", "sagittal", SIMULATED)["raw"] == Path("made/par1/sagittal_raw.csv")
+    assert one.simulates_emg("par1"), "of the sagittal plane"
+    assert not study(lambda c: c.update(planes=["frontal"]), folder).simulates_emg("par1")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda c: c.update(participants=["par9"]), "participants: [par1, par2, par3]"),
+        (lambda c: c.update(diagnose=["par7"]), "'diagnose' names 'par7'"),
+        (
+            lambda c: c["prediction"].update(predict_also={"par8": ["healthy"]}),
+            "'prediction.predict_also' names 'par8'",
+        ),
+        (lambda c: c["validation"].update(tasks=["drinkin"]), "'drinkin', which no participant"),
+        (lambda c: c["prediction"].update(predict=["helthy"]), "Choose from: healthy_generic,"),
+        (
+            lambda c: c["prediction"].update(predict_also={"par1": ["cuff"]}),
+            "'prediction.predict_also.par1' names 'cuff'",
+        ),
+        (
+            lambda c: c["prediction"]["conditions"]["healthy"].update(start="somewhere"),
+            "'prediction.conditions.healthy.start' is 'somewhere'",
+        ),
+        (
+            lambda c: c["prediction"]["conditions"]["healthy"].update(start="cuff_w2"),
+            "never comes to a solution",
+        ),
+        (lambda c: c["model"].update(masses="weighed"), "key 'model.masses'"),
+    ],
+)
+def test_names_of_nothing_are_refused(change: Edit, said: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        study(change)
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d.pop("trials"), "'trials' is a required property"),
+        (lambda d: d.update(trials=[]), "par1/participant.yaml, trials"),
+        (lambda d: d["trials"].update(frontal={}), "trials.frontal"),
+        (lambda d: d["trials"].pop("sagittal"), "no recording of"),
+        (lambda d: d.update(id="par3"), "id: 'par3'; expected 'par1'"),
+        (
+            lambda d: d.update(emg={"mvc": "a", "trials": {"frontl": "b"}, "delay_s": 0}),
+            "emg.trials: frontl",
+        ),
+    ],
+)
+def test_malformed_participant_is_refused_with_file_and_key(
+    people: Callable[[Edit], Path], change: Edit, said: str
+) -> None:
+    folder = people(change)
+    with pytest.raises(ConfigError) as error:
+        study(folder=folder)
+    assert said in str(error.value)
+
+
+def test_trial_that_is_not_there() -> None:
+    with pytest.raises(ConfigError, match="has no trial 'driving'"):
+        study().recording("par1", "driving")
+
+
+def test_participants_of_no_study_do_not_matter(people: Callable[[Edit], Path]) -> None:
+    folder = people(lambda document: document.pop("trials"))
+    only = study(lambda c: c.update(participants=["par2"], diagnose=[]), folder)
+    assert only.participants == ["par2"]
+
+
+def test_an_entry_without_conditions_asks_for_nobody() -> None:
+    """Own participants take back those of the paper, whom their folder does not have."""
+    asked = study(lambda c: c["prediction"].update(predict_also={"par8": []}))
+    assert "par8" not in asked.files

@@ -1,0 +1,165 @@
+"""Verdicts by config/targets.yaml: a wrong scapula and a missing solve fail, a right one holds."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.prediction.targets import (
+    cuff_effects,
+    force_verdicts,
+    participants_table,
+    published_verdicts,
+    recording_verdicts,
+)
+
+pytestmark = pytest.mark.unit
+
+TARGETS = yaml.safe_load(Path("config/targets.yaml").read_text(encoding="utf-8"))
+PLANES = ("frontal", "scapular", "sagittal")
+GOOD = {
+    "ur_rmse_deg": 3.0,
+    "ur_bias_rest_deg": -2.0,
+    "in_band_share": 0.7,
+    "outside_fit_share": 0.0,
+    "stop_moment_median_Nm": 0.1,
+}
+
+
+def recording(**changes: float) -> pd.DataFrame:
+    """Healthy predictions of all participants, `changes` in the sagittal plane of par2."""
+    rows = []
+    for participant in ("par1", "par2", "par3"):
+        for plane in PLANES:
+            row = {
+                "participant": participant, "plane": plane, "condition": "healthy",
+                "variant": "study", "arm": "own", "status": "optimal", **GOOD,
+            }  # fmt: skip
+            changed = (participant, plane) == ("par2", "sagittal")
+            rows.append(row | (changes if changed else {}))
+    return pd.DataFrame(rows)
+
+
+def failed(verdicts) -> list[str]:
+    return [verdict.name for verdict in verdicts if not verdict.holds]
+
+
+def test_predictions_within_all_limits_hold():
+    assert not failed(recording_verdicts(TARGETS["against_recording"], recording()))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"ur_rmse_deg": 6.1},
+        {"ur_bias_rest_deg": -4.1},
+        {"ur_bias_rest_deg": 4.1},
+        {"in_band_share": 0.59},
+        {"outside_fit_share": 0.01},
+        {"stop_moment_median_Nm": 0.51},
+    ],
+)
+def test_one_plane_off_fails_its_limit_alone(change):
+    (name,) = failed(recording_verdicts(TARGETS["against_recording"], recording(**change)))
+    assert name.startswith("par2")
+
+
+def test_participant_without_solution_fails_and_is_named():
+    table = recording()
+    table.loc[table.participant == "par3", ["status", *GOOD]] = ["failed", *[float("nan")] * 5]
+    missed = failed(recording_verdicts(TARGETS["against_recording"], table))
+    assert missed
+    assert all(name.startswith("par3") for name in missed)
+    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
+    rows = {row[0]: row[1:] for row in participants_table(judged).rows}
+    assert rows["par3"] == ("yes", "no", "no", "no solution")
+    assert rows["par2"] == ("yes", "yes", "yes", "")
+
+
+def test_study_without_predictions_meets_nothing():
+    assert all(
+        not v.holds for v in recording_verdicts(TARGETS["against_recording"], pd.DataFrame())
+    )
+    assert all(
+        not v.holds for v in published_verdicts(TARGETS["against_published"], pd.DataFrame())
+    )
+
+
+def published(cells_off: int) -> pd.DataFrame:
+    """Tables as published, but for some cells of the rhythm by 30 %."""
+    limits, rows = TARGETS["against_published"], []
+
+    def add(condition, plane, phase, quantity, value, known=0.0):
+        rows.append(
+            {
+                "variant": "published", "participant": "par2", "plane": plane, "phase": phase,
+                "condition": condition, "quantity": quantity, "published": known,
+                "reproduced": value, "status": "optimal",
+            }
+        )  # fmt: skip
+
+    count = 0
+    for plane in PLANES:
+        for condition in ("healthy", "cuff_w10"):
+            add(condition, plane, "elevation", "upward_rotation_rmse_deg", 3.9)
+            add(condition, plane, "elevation", "clavicle_elevation_rmse_deg", 3.9)
+            for phase in ("start-30", "30-60", "60-90", "start-90"):
+                add(condition, plane, phase, "rhythm_range", 2.6 if count < cells_off else 2.1, 2.0)
+                count += 1
+        fall = limits["peak_fall_deg"][plane]
+        add("cuff_w10", plane, "peak", "upward_rotation_fall_deg", fall + 3.9)
+        for condition, falls in limits["graded_fall_deg"].items():
+            add(condition, plane, "at 70 deg", "upward_rotation_fall_deg", falls[plane] - 2.9)
+        add("healthy_generic", plane, "rest", "clavicle_elevation_deg", -1.0)
+    return pd.DataFrame(rows)
+
+
+def test_published_problem_is_judged_cell_by_cell():
+    limits = TARGETS["against_published"]
+    assert not failed(published_verdicts(limits, published(6)))
+    (name,) = failed(published_verdicts(limits, published(7)))
+    assert "rhythm" in name
+
+
+def test_falls_have_a_sign_and_two_sides():
+    limits, table = TARGETS["against_published"], published(0)
+    fall = (table.quantity == "upward_rotation_fall_deg") & (table.phase == "peak")
+    table.loc[fall & (table.plane == "frontal"), "reproduced"] = 14.1
+    table.loc[fall & (table.plane == "sagittal"), "reproduced"] = -12.0
+    missed = failed(published_verdicts(limits, table))
+    assert len(missed) == 2
+    assert all("fall of peak" in name for name in missed)
+
+
+def test_joint_force_is_judged_at_rest_and_against_implants():
+    limits = TARGETS["joint_force"]
+    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
+    high = table[table.participant == "par2"].assign(variant="study_arm", arm="published")
+    high = high.assign(gh_force_peak_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9])
+    both = pd.concat([table, high])
+    assert failed(force_verdicts(limits, both)) == [
+        "peak glenohumeral force against implants, published arm, frontal plane"
+    ]
+    heavy = both.assign(gh_force_rest_bw=10.1)
+    assert len(failed(force_verdicts(limits, heavy))) == 2
+    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 3
+
+
+def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
+    rows = [
+        {
+            "variant": variant, "condition": condition, "quantity": quantity, "plane": "frontal",
+            "phase": "at 70 deg", "reproduced": -1.5,
+        }
+        for variant in ("study_arm", "published")
+        for condition, quantity in (
+            ("cuff_w2", "upward_rotation_fall_deg"),
+            ("cuff_w10", "upward_rotation_fall_equal_weight_deg"),
+        )
+    ]  # fmt: skip
+    stated = list(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows)))
+    assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
+    assert all(verdict.holds for verdict in stated)
+    assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1

@@ -1,0 +1,312 @@
+"""Chapters beyond tracking: calibration, validation and prediction, from a synthetic study."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import synthetic_coordination
+import synthetic_study
+
+from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
+from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
+from scapulohumeral.report.coordination import Cases, Coordination, CoordinationFiles
+from scapulohumeral.report.coordination_targets import (
+    channel_reductions,
+    coordination_verdicts,
+    smallest_stable_weight,
+    solve_verdicts,
+    stable_weight,
+    validation_verdicts,
+)
+from scapulohumeral.report.prediction.against import read_predictions
+from scapulohumeral.report.prediction.figures import prediction_kinematics
+from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
+from scapulohumeral.report.prediction.loading import sweep_figure
+from scapulohumeral.report.prediction.tables import prediction_solves, starts
+from scapulohumeral.report.published import paper
+from scapulohumeral.report.published.comparison import (
+    comparison,
+    published_plane,
+    published_rhythm_table,
+)
+from scapulohumeral.report.render import render_report
+from scapulohumeral.report.study import ReportFiles, Study, read_study
+from scapulohumeral.report.validation.figures import reduction_table, task_figures
+
+pytestmark = pytest.mark.unit
+
+PLANES = ("frontal", "scapular", "sagittal")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
+    """Three planes of par2 with everything; the cuff-limited solve at weight 2 failed."""
+    folder = tmp_path_factory.mktemp("study")
+    runs = [synthetic_study.solution("par2", plane, "quaternion") for plane in PLANES]
+    coordination = synthetic_coordination.write_coordination(folder, runs, failed=("cuff_w2",))
+    return replace(synthetic_study.write_study(folder, runs), coordination=coordination)
+
+
+@pytest.fixture(scope="module")
+def study(files: ReportFiles) -> Study:
+    """The same, read."""
+    return read_study(files)
+
+
+@pytest.fixture(scope="module")
+def coordination(study: Study) -> Coordination:
+    """What goes beyond tracking."""
+    return study.coordination
+
+
+@pytest.fixture(scope="module")
+def cases(coordination: Coordination) -> Cases:
+    """Predictions of par2."""
+    return coordination.cases["par2"]
+
+
+@pytest.fixture(scope="module")
+def html(files: ReportFiles) -> str:
+    """The whole report."""
+    return render_report(files)
+
+
+def test_report_has_all_chapters(html: str) -> None:
+    assert "This study predicts no motion" not in html
+    assert "1 of 7 predictions did not converge: par2 cuff_w2" in html
+    for name in ("scalers", "prediction_par2", "glenohumeral_force_par2", "capacity_par2"):
+        assert f'download="{name}.csv"' in html
+
+
+def test_simulated_emg_is_called_so_wherever_emg_is_shown(html: str, study: Study) -> None:
+    assert "The EMG of this study is simulated" in html
+    chapter = calibration_chapter(study)
+    assert "simulated EMG" in chapter["figure"].caption
+    assert "simulated EMG" in chapter["figure"].svg
+    assert all("simulated EMG" in f.caption for f in task_figures(study.coordination))
+    for part in html.split("<h3>")[1:] + html.split("<h2 ")[1:]:
+        heading = part.split("</h")[0]
+        assert "EMG" not in heading or "imulated EMG" in heading
+
+
+def test_study_without_predictions_says_so(tmp_path: Path) -> None:
+    runs = [synthetic_study.solution("par1", "sagittal", "quaternion")]
+    study = read_study(synthetic_study.write_study(tmp_path, runs))
+    assert prediction_chapter(study) is None
+    assert calibration_chapter(study) is None
+    assert coordination_verdicts(study.coordination) == []
+    assert {row[0] for row in comparison(study, study.coordination).rows} == {"tracking"}
+
+
+def test_cases_are_found_by_what_was_predicted(cases: Cases) -> None:
+    assert cases.healthy.condition.name == "healthy"
+    assert cases.generic.condition.name == "healthy_generic"
+    assert cases.cuff.condition.name == "cuff_w10"
+    assert [p.condition.name for p in cases.graded] == ["healthy", "cuff_50"]
+    assert [p.condition.name for p in cases.isolated] == ["supraspinatus"]
+
+
+def test_failed_prediction_is_in_no_figure_and_no_number(
+    coordination: Coordination, cases: Cases
+) -> None:
+    assert [p.condition.name for p in cases.sweep] == ["cuff_w10"]
+    assert sweep_figure(cases) is None, "one weight is no sweep"
+    table = prediction_solves(coordination)
+    failed = [row for i, row in enumerate(table.rows) if i in table.flagged]
+    assert [(row[1], row[7]) for row in failed] == [("cuff_w2", "NOT CONVERGED")]
+    conditions = {*synthetic_coordination.CONDITIONS, "recorded"} - {"cuff_w2"}
+    assert set(coordination.rhythm.condition) == conditions
+    rows = coordination.judged.recording.set_index("condition")
+    assert rows.loc["cuff_w2"].ur_rmse_deg.isna().all()
+    assert (rows.loc["healthy"].ur_rmse_deg > 1.0).all()
+
+
+def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
+    figure = prediction_kinematics(cases)
+    for label in ("predicted, healthy", "predicted, cuff-limited", "published, healthy"):
+        assert f">{label}</text>" in figure.svg
+    assert "doi:10.5281" in figure.caption
+
+
+def test_healthy_without_solution_has_no_figures(cases: Cases) -> None:
+    nothing = Cases("par2", (), {})
+    assert prediction_kinematics(nothing) is None
+    assert nothing.graded == ()
+
+
+def test_force_leaves_the_glenoid_at_the_low_weight(
+    tmp_path: Path, coordination: Coordination
+) -> None:
+    assert stable_weight(coordination, "par2") == 10.0
+    runs = [synthetic_study.solution("par2", plane, "quaternion") for plane in PLANES]
+    extra = synthetic_coordination.write_coordination(tmp_path, runs, tasks=False)
+    files = replace(synthetic_study.write_study(tmp_path, runs), coordination=extra)
+    solved = read_study(files).coordination
+    assert [p.condition.w_gh for p in solved.cases["par2"].sweep] == [2.0, 10.0]
+    low = solved.cases["par2"].sweep[0]
+    assert low.load.eccentricity.max() > 1.0
+    assert stable_weight(solved, "par2") == 10.0
+    assert solved.validation.empty
+
+
+def test_a_stiffer_girdle_is_no_part_of_the_sweep(coordination: Coordination) -> None:
+    """Its cuff loss is compared with nothing, and its participant has no sweep to judge."""
+    lost = coordination.cases["par2"].sweep[0]
+    header = lost.solution.header
+    condition = {**header["condition"], "girdle_stiffness_Nm_per_rad": 5.0}
+    solution = replace(lost.solution, header={**header, "condition": condition})
+    stiff = Cases("par3", (replace(lost, solution=solution),), {})
+    assert stiff.sweep == ()
+    both = replace(coordination, cases={**coordination.cases, "par3": stiff})
+    verdict = smallest_stable_weight(both)
+    assert verdict.holds
+    assert verdict.value == "par2 10, par3 no sweep"
+    assert not smallest_stable_weight(replace(coordination, cases={"par3": stiff})).holds
+
+
+def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
+    verdicts = {v.name: v for v in coordination_verdicts(coordination)}
+
+    def one(text: str):  # noqa: ANN202 - a verdict
+        (found,) = [v for name, v in verdicts.items() if text in name]
+        return found
+
+    assert one("maximum isometric force").holds
+    assert not one("optimal fibre length").holds
+    assert one("optimal fibre length").worse == ("par2 4.0 %",)
+    assert not one("cover the truth").holds
+    assert one("mean reduction").holds
+    assert not one("predictions: solves").holds
+    assert one("predictions: solves").worse == ("par2 cuff_w2",)
+    assert one("certificate").holds
+
+
+def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
+    table = coordination.prediction_table.assign(certified=False, seconds=500.0)
+    _, certificates, times = solve_verdicts(table)
+    assert not certificates.holds
+    assert not times.holds
+    assert "par2 healthy 500 s" in times.worse
+
+
+def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
+    table = coordination.validation.assign(rmse_calibrated=np.nan)
+    assert channel_reductions(table).reduction.isna().all()
+    assert not any(v.holds for v in validation_verdicts(table))
+
+
+def test_worse_channel_is_named() -> None:
+    table = pd.DataFrame(
+        {
+            "participant": "par2",
+            "task": ["driving", "lifting"] * 2,
+            "channel": ["a", "a", "b", "b"],
+            "rmse_generic": [0.3, 0.4, 0.1, 0.1],
+            "rmse_calibrated": [0.0, 0.0, 0.12, 0.12],
+        }
+    )
+    mean, worse = validation_verdicts(table)
+    assert mean.value == "40 %"
+    assert worse.worse == ("par2 b -20 %",)
+    assert channel_reductions(table).generic[0] == pytest.approx(np.sqrt(0.125))
+
+
+def test_scalers_that_miss_the_plant_are_flagged(coordination: Coordination) -> None:
+    table = scaler_table(coordination)
+    assert [table.rows[i][1:3] for i in sorted(table.flagged)] == [
+        ("scapular deltoid", "optimal fibre length")
+    ]
+    assert table.rows[0][-1] == "1.16", "published value beside it"
+    quality = emg_quality(coordination)
+    assert quality.rows[0][2:4] == ("simulated", "2 of 4")
+
+
+def test_reductions_stand_beside_the_published_ones(coordination: Coordination) -> None:
+    rows = {row[1]: row for row in reduction_table(coordination).rows}
+    assert rows["lateral deltoid"][3] == "0.000"
+    assert rows["lateral deltoid"][5] == "0.126 → 0.122"
+    assert rows["clavicular pectoralis"][5] == "not printed"
+
+
+def test_same_problem_from_another_start(coordination: Coordination) -> None:
+    (row,) = starts(coordination).rows
+    assert row[1:3] == ("healthy", "healthy_direct")
+    assert 0.0 < float(row[5]) < 0.2
+
+
+def test_comparison_holds_every_published_rhythm(study: Study, coordination: Coordination) -> None:
+    rows = comparison(study, coordination).rows
+    rhythms = [row for row in rows if row[1].startswith("rhythm")]
+    assert len(rhythms) == 24
+    assert rhythms[0][3:5] == ("none", ""), "the synthetic scapula hardly turns up to 30 deg"
+    whole = rhythms[3]
+    assert whole[1] == "rhythm, healthy, frontal plane, start-90 deg"
+    assert float(whole[2]) == paper.RHYTHM["healthy"]["frontal"]["start-90"]
+    assert float(whole[4]) == pytest.approx(float(whole[3]) - float(whole[2]), abs=0.011)
+    assert "deg by the paper" in whole[5]
+
+
+def test_rhythm_table_has_published_values_in_brackets(
+    coordination: Coordination, cases: Cases
+) -> None:
+    table = published_rhythm_table(coordination.rhythm, cases)
+    rows = {row[:2]: row for row in table.rows}
+    assert table.columns[2:6] == ("start-30", "30-60", "60-90", "start-90")
+    assert rows["frontal", "healthy"][2].endswith("(2.96)")
+    assert "(" not in rows["frontal", "cuff_50"][2]
+    # Whatever was predicted is compared with the recording over elevations that both pass.
+    recorded, healthy = rows["frontal", "recorded"], rows["frontal", "healthy"]
+    assert recorded[6].split(" (")[1] == healthy[6].split(" (")[1]
+    assert recorded[6] != healthy[6]
+
+
+def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
+    plane = published_plane(cases, "healthy", "frontal")
+    assert plane is not None
+    # Peaks of the published table; the synthetic elevations are shorter, and last less long.
+    assert plane.peak_elevation_deg == pytest.approx(92.5, abs=1.0)
+    assert plane.peak_upward_rotation_deg == pytest.approx(37.0, abs=1.0)
+    scapular = published_plane(cases, "healthy", "scapular")
+    assert scapular is not None
+    assert scapular.peak_elevation_deg == pytest.approx(100.5, abs=1.5)
+    assert published_plane(cases, "unknown", "frontal") is None
+
+
+def test_band_ends_with_its_statistics() -> None:
+    band = healthy_band("frontal", UPWARD_ROTATION, np.array([20.0, 30.0, 45.0, 130.0]))
+    assert band is not None
+    assert np.isnan(band.low[[0, 3]]).all()
+    assert (band.high[1] - band.low[1]) / 2 == pytest.approx(3.2)
+    assert band.low[1] < band.low[2]
+    assert ELEVATION_DEG[0] == 30.0
+    assert healthy_band("driving", UPWARD_ROTATION, np.array([45.0])) is None
+
+
+def test_no_files_are_no_results() -> None:
+    assert not any(vars(CoordinationFiles()).values())
+
+
+def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordination) -> None:
+    files = coordination.files
+    predictions = read_predictions(files.predictions, files.prediction_summaries)
+    chosen = {one.names["condition"]: one for one in predictions}
+    rungs = {"published": "healthy", "alone_springs": "cuff_50", "upto_springs": "cuff_w2"}
+    climbed = [
+        replace(chosen[condition], summary={**chosen[condition].summary, "variant": rung})
+        for rung, condition in rungs.items()
+    ]
+    table = ladder_table(climbed)
+    assert table.groupby("kind").step.unique().explode().to_dict() == {
+        "start": "published",
+        "alone": "springs",
+        "cumulative": "springs",
+    }
+    assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
+    assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
+    assert "springs" in ladder_figure(table).svg
+    rows = ladder_rows(table)
+    assert len(rows.rows) == 9
+    assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

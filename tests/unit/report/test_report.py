@@ -1,0 +1,306 @@
+"""The report, rendered from a small synthetic study with one failed solve."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import synthetic_study
+from gap_files import HASHES, finished_diagnosis
+from places import REPOSITORY
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.result import to_json
+from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.report import targets
+from scapulohumeral.report.assumptions import find_assumptions
+from scapulohumeral.report.chapters import gap_chapter
+from scapulohumeral.report.drawing import curves as kinematics
+from scapulohumeral.report.gap import tables as gap_tables
+from scapulohumeral.report.render import clavicle_point, render_report
+from scapulohumeral.report.study import ReportFiles, Study, read_study
+from scapulohumeral.report.tables import mass_judgement, masses, published_comparison
+from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, spikes
+
+pytestmark = pytest.mark.unit
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
+    """Two planes of one participant in both formulations; one Euler solve failed."""
+    runs = [
+        synthetic_study.solution("par2", trial, formulation, status)
+        for trial, formulation, status in (
+            ("frontal", "quaternion", "optimal"),
+            ("frontal", "euler", "optimal"),
+            ("scapular", "quaternion", "optimal"),
+            ("scapular", "euler", "failed"),
+        )
+    ]
+    return synthetic_study.write_study(tmp_path_factory.mktemp("study"), runs)
+
+
+@pytest.fixture(scope="module")
+def study(files: ReportFiles) -> Study:
+    """The same, read."""
+    return read_study(files)
+
+
+@pytest.fixture(scope="module")
+def html(files: ReportFiles) -> str:
+    """The report of it."""
+    return render_report(files)
+
+
+def section(html: str, plane: str) -> str:
+    """Part of the report about one plane."""
+    return html.split(f'<details id="par2-{plane}"')[1].split("</details>")[0]
+
+
+def test_failed_solve_is_shown_as_failed(html: str) -> None:
+    assert "1 of 4 solves did not converge" in html
+    assert "par2 scapular euler" in html
+    failed = section(html, "scapular")
+    assert failed.count(">NOT CONVERGED: Euler angles</text>") == 2, "watermark of both figures"
+    assert "These curves are no result" in failed
+    assert "NOT CONVERGED" not in section(html, "frontal")
+
+
+def test_report_stands_alone(html: str) -> None:
+    assert not re.search(r'(?:src|href)="(?!#|data:)', html)
+    assert "@import" not in html
+    assert "<metadata" not in html
+    assert len(html) < 8_000_000
+
+
+def test_same_files_give_the_same_report(files: ReportFiles, html: str) -> None:
+    assert render_report(files) == html
+
+
+def test_failed_solve_enters_no_mean(study: Study) -> None:
+    rows = {row[:2]: row for row in published_comparison(study).rows}
+    name = targets.MEASURE_NAMES["rmse_clavicle_deg"]
+    assert rows["quaternion", name][2] == "2"
+    assert rows["euler", name][2] == "1"
+    # Three degrees in one of two angles.
+    assert float(rows["quaternion", name][3]) == pytest.approx(3.0 / np.sqrt(2.0), abs=0.02)
+
+
+def test_spike_of_the_euler_solve_is_found(study: Study) -> None:
+    trial = study.trial("par2", "frontal")
+    assert "Euler angles spike in delt_scap_6, as in the paper." in spike_sentence(trial)
+    rows = {row[:3]: float(row[3]) for row in spikes(trial).rows}
+    step = rows["delt_scap_6", "activation", "largest step"]
+    assert step == pytest.approx(synthetic_study.SPIKE, abs=0.01)
+    bend = rows["delt_scap_6", "activation", "largest second difference"]
+    assert bend == pytest.approx(2 * synthetic_study.SPIKE, abs=0.01)
+    assert gimbal_lock(study).figure is not None
+
+
+def test_case_that_is_not_solved_is_said_to_be_missing(tmp_path: Path) -> None:
+    runs = [synthetic_study.solution("par1", "sagittal", "quaternion")]
+    finding = gimbal_lock(read_study(synthetic_study.write_study(tmp_path, runs)))
+    assert "does not solve par2 frontal" in finding.finding
+    assert finding.figure is None
+
+
+def test_study_of_one_solve_is_rendered(tmp_path: Path) -> None:
+    runs = [synthetic_study.solution("par1", "sagittal", "quaternion")]
+    html = render_report(synthetic_study.write_study(tmp_path, runs))
+    assert "Participant par1, sagittal plane" in html
+    assert "did not converge" not in html
+
+
+def test_solution_and_summary_must_belong_together(files: ReportFiles) -> None:
+    mixed = ReportFiles(**{**vars(files), "summaries": files.summaries[::-1]})
+    with pytest.raises(DataError, match="Delete both files"):
+        read_study(mixed)
+
+
+def test_heavy_arm_is_flagged(study: Study) -> None:
+    table = masses(study)
+    assert table.flagged == {0}
+    assert float(table.rows[0][6]) == pytest.approx(12.0 / (83.0 * 0.0494), abs=0.01)
+    assert "implausible" in table.rows[0][-1]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "judgement"), [(1.0, "plausible"), (1.4, "outside 57 to 109"), (0.4, "implausible")]
+)
+def test_judgement_of_masses(ratio: float, judgement: str) -> None:
+    assert mass_judgement(83.0, ratio).startswith(judgement)
+
+
+def test_assumption_goes_on_over_comment_lines(tmp_path: Path) -> None:
+    path = tmp_path / "a.py"
+    path.write_text("# ASSUME no\n# wind.\nx = 1\n# other\ny = 2  # ASSUME flat\n", "utf-8")
+    found = [(a.text, a.line) for a in find_assumptions([path])]
+    assert found == [("no wind.", 1), ("flat", 5)]
+
+
+def test_texts_that_bound_a_parameter_are_assumptions(tmp_path: Path) -> None:
+    path = tmp_path / "a.py"
+    path.write_text(
+        '"""Texts with ASSUME are listed."""\n'
+        'SOURCE = "measured; ASSUME: worse at worst"\n'
+        'a = Param("tilt", 1.0, SOURCE), Param("turn", 2.0, source=SOURCE)\n'
+        'b = Param(\n    "gain", 1.0,\n    "ASSUME at most "\n    "threefold")\n'
+        'c = Param(name, 1.0, "ASSUME: unnamed")\n'
+        'd = "measured"\n',
+        "utf-8",
+    )
+    assert [(a.text, a.line) for a in find_assumptions([path])] == [
+        ("tilt: measured; assumed: worse at worst", 2),
+        ("turn: measured; assumed: worse at worst", 2),
+        ("gain: at most threefold", 6),
+        ("unnamed", 8),
+    ]
+
+
+def test_assumptions_of_the_effects_are_listed() -> None:
+    """As many as the library marks, each with the parameter it is about, if its name is written."""
+    folder = REPOSITORY / "src" / "scapulohumeral" / "gap" / "effects"
+    found = {a.text for a in find_assumptions(sorted(folder.glob("*.py")))}
+    setup = Setup(("infra",), ("EMG_a", "EMG_b"), (("EMG_a", "EMG_b"),), True)
+    marked = {p.source for e in library(setup) for p in e.params if "ASSUME" in p.source}
+    assert len(marked) >= 13
+    for source in marked:
+        said = re.split(r"ASSUME:?\s+", source)[-1]
+        assert any(text.endswith(said) for text in found)
+    assert "cost_factor: an order of magnitude; no cost is published" in found
+    assert any(text.startswith("engagement_deg: capsules engage") for text in found)
+
+
+def test_weight_of_the_clavicle_point(study: Study) -> None:
+    point = clavicle_point(study)
+    assert point["points_m"] == [0.5]
+    assert point["share_at_ac"] == pytest.approx(0.14**2)
+
+
+def summary_table() -> pd.DataFrame:
+    """Two quaternion solves and a failed Euler one."""
+    return pd.DataFrame(
+        {
+            "participant": "par1",
+            "plane": ["frontal", "scapular", "frontal"],
+            "formulation": ["quaternion", "quaternion", "euler"],
+            "status": ["optimal", "optimal", "failed"],
+            "constraint_violation": [1e-9, 1e-8, 1.0],
+            "norm_rmse": [1e-14, 1e-12, 0.0],
+            "rmse_clavicle_deg": [2.0, 4.0, 90.0],
+            "rmse_thoracoscapular_deg": [4.0, 6.0, 90.0],
+            "angle_humerus_deg": [1.0, 1.0, 90.0],
+        }
+    )
+
+
+def test_verdicts_name_what_misses_the_target() -> None:
+    verdicts = targets.verdicts(
+        summary_table(), synthetic_study.quality().assign(participant="par1", formulation="euler")
+    )
+    found = {v.name.split(",")[0]: v for v in verdicts}
+    assert not found["solves"].holds
+    assert found["solves"].worse == ("par1 frontal euler",)
+    assert found["constraint violation"].holds
+    assert found["clavicle without axial rotation"].holds
+    assert found["clavicle without axial rotation"].worse == ("par1 scapular quaternion 4.00 deg",)
+    assert not found["thoracoscapular"].holds
+    assert found["deviation of quaternion norms from one"].holds
+    worst = [v for v in verdicts if "worst rotation" in v.name]
+    assert not worst[0].holds
+    assert worst[0].worse == ("par1 euler pect_maj_c_2 6.000 mm",)
+
+
+def test_nothing_converged_does_not_hold() -> None:
+    failed = summary_table().assign(status="failed")
+    quality = synthetic_study.quality().assign(participant="par1", formulation="euler")
+    verdicts = targets.verdicts(failed, quality)
+    assert sum(v.value == "no converged solve" for v in verdicts) == 5
+    assert not any(v.holds for v in verdicts if v.value == "no converged solve")
+
+
+def test_humeral_angles_of_the_hanging_arm_are_left_out() -> None:
+    pose = np.zeros((2, 13))
+    pose[:, [0, 4, 8]] = 1.0
+    pose[1, 8:12] = [np.cos(0.25), 0.0, 0.0, np.sin(0.25)]
+    angles = thorax_angles(pose)
+    assert np.isnan(angles[0, [6, 8]]).all()
+    np.testing.assert_allclose(angles[1, [6, 7, 8]], [0.0, np.rad2deg(0.5), 0.0], atol=1e-9)
+
+
+def test_branch_is_the_one_of_the_reference() -> None:
+    times = np.array([0.0, 1.0])
+    near = kinematics.on_branch(
+        np.array([[10.0], [-170.0]]), times, np.array([[5.0], [200.0]]), times
+    )
+    np.testing.assert_allclose(near, [[10.0], [190.0]])
+
+
+def test_diagnosis_becomes_a_chapter_with_its_doubts(files: ReportFiles, tmp_path: Path) -> None:
+    """From the answer that the command writes, not from its Python objects."""
+    path = tmp_path / "result.json"
+    doubt = "no reference trials: errors of the model itself lower all confidence"
+    path.write_text(to_json(finished_diagnosis(warnings=(doubt,), hashes=HASHES)), encoding="utf-8")
+    html = render_report(replace(files, diagnoses=[path]))
+    chapter = html.split('<h2 id="gap">')[1].split("<h2")[0]
+    assert "yes: 7.2 (4.1)" in chapter
+    assert "body/strength_loss/infra (probability 71 %): f0_factor 0.55 [0.45, 0.66]" in chapter
+    assert "GH_rz at 35 to 88 %" in chapter
+    assert "in sample: 86 %; on a new movement: none to remove" in chapter
+    assert doubt in chapter
+    assert "No blind cases have been scored" in chapter
+
+
+def test_abstention_names_no_cause() -> None:
+    document = json.loads(
+        to_json(
+            finished_diagnosis(status="abstained", status_reason="no variant agrees", hashes=HASHES)
+        )
+    )
+    table = gap_tables.verdict_table([document])
+    assert table.flagged == {0}
+    assert "not decided: no variant agrees" in table.rows[0]
+    assert not any("strength_loss" in cell for cell in table.rows[0])
+
+
+def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_case() -> None:
+    rate = {"value": 0.75, "hits": 3, "n": 4, "wilson95": [0.30, 0.95]}
+    none = {"value": None, "hits": 0, "n": 0, "wilson95": None}
+    modes = {"all": {"cases": {"null": 1, "single": 3}, "family_top1": rate, "detection": none}}
+    rows = {row[0]: row for row in gap_tables.score_tables({"plants": {"P1": modes}})["P1"].rows}
+    assert rows["cases"][1] == "4"
+    assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
+    assert rows["all effects that show: gap found"][1] == "no case"
+    assert rows["time of a diagnosis, median [s]"][1] == "no case"
+
+
+def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
+    rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
+    error = {"relative_error": {"median": 0.3, "n": 2}}
+    scores = {"false_alarms": rate, "detection": rate, "family_top1": rate, "amplitude": error}
+    scores["cases"] = {"single": 2}
+    cards = [
+        {
+            "sealed": {"date": date},
+            "look": "first look",
+            "scored": {"cases": cases},
+            "answered": {"code": "a" * 64},
+            "plants": {"P1": {"all": scores}},
+        }
+        for date, cases in (("2026-01-01", 60), ("2026-02-01", 60), ("2026-03-01", 20))
+    ]
+    table = gap_tables.draw_table(cards)
+    assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01", "2026-03-01"]
+    assert table.rows[0][-2:] == ("50 % [10 %, 90 %], 2 cases", "0.3 (2 cases)")
+    # The newest of the largest is shown whole.
+    assert gap_chapter(SimpleNamespace(diagnoses=[], blind_scores=cards))["card"] is cards[1]
+
+
+def test_study_without_diagnosis_says_so(html: str) -> None:
+    assert "This study diagnoses no gap." in html

@@ -1,0 +1,290 @@
+"""Effects, recordings and drawing of blind cases."""
+
+import csv
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from arm import parameters
+from small_arm import small_motion
+
+from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
+from simulated_persons import generate
+from simulated_persons.arm import Anatomy, Arm
+from simulated_persons.body import no_extra_torques
+from simulated_persons.effects import (
+    LIBRARY_LIKE,
+    UNKNOWN,
+    co_contraction,
+    strength_loss,
+    tilted,
+)
+from simulated_persons.footprint import channel_names, difference, floor, footprints
+from simulated_persons.movement import SETTLE_S, draw_variation, no_variation, wished_poses
+from simulated_persons.muscles import Muscles
+from simulated_persons.observation import (
+    Recording,
+    add_noise,
+    electrode_matrix,
+    perfect_measurement,
+    record,
+    turned_frames,
+)
+from simulated_persons.plan import draw_plans, redrawn
+from simulated_persons.simulation import TICK_S, Control
+
+pytestmark = pytest.mark.unit
+
+MOTION = Motion(np.linspace(0.0, 2.0, 60), small_motion(60))
+
+
+@pytest.fixture
+def anatomy(repository: Path) -> Anatomy:
+    """The muscles' names and groups; paths that all cross all joints."""
+    with (repository / "config" / "model" / "muscles.csv").open(encoding="utf-8") as stream:
+        rows = [{"name": row["muscle"], "group": row["group"]} for row in csv.DictReader(stream)]
+    arms = np.ones((1, len(rows), 13))
+    return Anatomy({"muscles": rows}, {}, SimpleNamespace(gradients=lambda _: arms))
+
+
+@pytest.fixture
+def arm(anatomy: Anatomy) -> Arm:
+    """A person with equal muscles."""
+    ones = np.ones((1, len(anatomy.names)))
+    muscles = Muscles(200 * ones, 0.1 * ones, 0.1 * ones, 0.04 * ones, ones, ones, ones)
+    glenoid = np.zeros((1, 2))
+    control = Control(ones, 0 * ones, ones, np.ones(1), np.ones(1), glenoid)
+    measurement = perfect_measurement(np.ones(8))
+    own = unpack(pack(parameters()))
+    return Arm(anatomy, own, muscles, no_extra_torques(1), control, measurement)
+
+
+def flat(arm: Arm) -> np.ndarray:
+    """Every number of an arm."""
+    parts = [arm.muscles, arm.extra, arm.control, arm.measurement]
+    values = [np.ravel(v) for part in parts for v in vars(part).values()]
+    return np.concatenate([pack(arm.parameters), *values])
+
+
+@pytest.mark.parametrize("draw", [*LIBRARY_LIKE, *UNKNOWN], ids=lambda draw: draw.__name__)
+def test_effects_change_the_arm_and_are_drawn_again_alike(draw, arm: Arm) -> None:
+    before = flat(arm)
+    injection = draw(np.random.default_rng(3))
+    changed = flat(injection.apply(arm))
+    assert not np.array_equal(changed, before)
+    np.testing.assert_array_equal(flat(arm), before)
+    np.testing.assert_array_equal(changed, flat(draw(np.random.default_rng(3)).apply(arm)))
+    assert injection.family == draw.__name__
+
+
+def test_a_tear_leaves_the_stated_force(arm: Arm) -> None:
+    injection = strength_loss(np.random.default_rng(5))
+    group = injection.label.split("/")[2]
+    members = arm.anatomy.groups == group
+    left = injection.apply(arm).muscles.max_force / arm.muscles.max_force
+    assert left[0, members].mean() == pytest.approx(injection.amplitude)
+    assert np.all(left[0, ~members] == 1.0)
+    assert np.sum((left > 0.04) & (left < 0.999)) <= 1
+
+
+def test_co_contraction_is_a_floor(arm: Arm) -> None:
+    injection = co_contraction(np.random.default_rng(5))
+    assert np.all(injection.apply(arm).control.tonic == injection.amplitude)
+
+
+def test_a_thorax_that_leans_forward_sees_gravity_pull_forward() -> None:
+    """x right, y up, z back: what is down for the world lies in front of the leaning chest."""
+    down = tilted(np.array([0.0, -9.81, 0.0]), 10.0)
+    assert down[2] == pytest.approx(-9.81 * np.sin(np.deg2rad(10.0)))
+    assert down[1] < 0
+
+
+def test_electrodes_hear_their_group_only(anatomy: Anatomy) -> None:
+    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    np.testing.assert_allclose(matrix.sum(axis=1), 1.0)
+    heard = {str(g) for g in anatomy.groups[matrix.any(axis=0)]}
+    assert heard == {"trap_clav", "delt_clav", "delt_scap", "infra", "trap_scap", "serr_ant"}
+
+
+def trace(anatomy: Anatomy) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A pose sequence, one burst of all muscles, and of the reaction."""
+    pose = wished_poses(MOTION, no_variation())
+    time = TICK_S * np.arange(len(pose))
+    burst = np.exp(-(((time - time.mean()) / 0.4) ** 2))
+    return (
+        pose,
+        np.tile(burst[:, None], (1, len(anatomy.names))),
+        500.0 * np.outer(burst, np.eye(3)[0]),
+    )
+
+
+def test_recording_without_errors_is_the_motion(anatomy: Anatomy) -> None:
+    pose, excitation, reaction = trace(anatomy)
+    matrix = electrode_matrix(anatomy.names, anatomy.groups)
+    recording = record(pose, excitation, reaction, perfect_measurement(np.ones(8)), matrix)
+    cut = round(SETTLE_S / TICK_S)
+    expected = np.unwrap(pose_to_trial(pose[cut:]), axis=0)
+    np.testing.assert_allclose(recording.angles_rad, expected, atol=1e-9)
+    assert recording.time_s[0] == 0.0
+    assert 0.8 < recording.emg.max() < 1.0  # the envelope filter rounds the burst
+    # What the glenoid does to the humerus, the humerus does to the glenoid.
+    assert -500.0 < recording.force_N[:, 0].min() < -450.0
+    np.testing.assert_allclose(recording.force_N[:, 1:], 0.0)
+
+
+def test_errors_of_the_measurement(anatomy: Anatomy) -> None:
+    *motion, matrix = *trace(anatomy), electrode_matrix(anatomy.names, anatomy.groups)
+    perfect = perfect_measurement(np.ones(8))
+    plain = record(*motion, perfect, matrix)
+    mixing = np.zeros((8, 8))
+    mixing[2, 3] = 0.5
+    mixed = record(*motion, replace(perfect, crosstalk=mixing), matrix)
+    np.testing.assert_allclose(mixed.emg[:, 2], 1.5 * plain.emg[:, 2])
+    np.testing.assert_allclose(mixed.emg[:, 3], plain.emg[:, 3])
+    late = record(*motion, replace(perfect, delay_s=0.1), matrix)
+    assert plain.emg[:, 0].argmax() - late.emg[:, 0].argmax() == 10
+
+
+def test_turned_frames_turn_by_their_angle_only_where_they_should() -> None:
+    pose = trial_to_pose(small_motion(20))
+    turn = np.array([0.0, 0.1, 0.0])
+    turned = turned_frames(pose, replace(perfect_measurement(np.ones(8)), scapula_rad=turn))
+    np.testing.assert_allclose(relative_angle(turned[:, 4:8], pose[:, 4:8]), 0.1, atol=1e-9)
+    np.testing.assert_allclose(turned[:, :4], pose[:, :4], atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(turned[:, 8:12], axis=1), 1.0)
+    same = turned_frames(pose, perfect_measurement(np.ones(8)))
+    np.testing.assert_allclose(same, pose, atol=1e-12)
+
+
+def test_footprint_counts_standard_errors() -> None:
+    time, angles = np.linspace(0, 1, 50), small_motion(50)
+    force = np.tile([300.0, 400.0, 0.0], (50, 1))
+    reference = Recording(time, angles, np.zeros((50, 8)), force)
+    bent = angles + np.deg2rad(5.2) * (np.arange(10) == 9)
+    shifted = Recording(time, bent, np.zeros((50, 8)), force + [0.0, 0.0, 70.0])
+    error = floor(reference, 2, emg=False, contact=True, referenced=True)
+    size = footprints(difference(shifted, reference, emg=False, contact=True) / error)
+    np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3, 0.0, 0.0, 70.0 / 35.0], atol=1e-6)
+    assert len(channel_names(emg=False, contact=True)) == 13
+    alone = floor(reference, 2, emg=True, contact=True, referenced=False)
+    np.testing.assert_allclose(alone[:, :10], np.hypot(1.3 / np.sqrt(2.0), 4.0))
+    np.testing.assert_allclose(alone[:, 10:18], np.hypot(0.015 / np.sqrt(2.0), 0.08))
+    np.testing.assert_allclose(alone[:, 18:], np.hypot(35.0 / np.sqrt(2.0), 150.0))
+
+
+def test_noise_is_smooth_and_differs_between_repeats() -> None:
+    rng = np.random.default_rng(1)
+    time, force = np.linspace(0, 2, 201), np.full((201, 3), 400.0)
+    clean = Recording(time, small_motion(201), np.full((201, 8), 0.2), force)
+    noisy = [add_noise(clean, rng) for _ in range(40)]
+    spread = np.rad2deg(np.std([trial.angles_rad for trial in noisy], axis=0)).mean(axis=0)
+    assert 0.3 < spread[0] < 0.8
+    assert spread[3] > spread[0]
+    steps = np.abs(np.diff(noisy[0].emg, axis=0)).max()
+    assert steps < 0.005
+    errors = np.std([trial.force_N for trial in noisy], axis=0).mean(axis=0)
+    assert np.all((errors > 5.0) & (errors < 15.0))
+
+
+def test_repeats_start_at_rest_and_vary() -> None:
+    rng = np.random.default_rng(1)
+    still = wished_poses(MOTION, no_variation())
+    assert not np.diff(still[: round(SETTLE_S / TICK_S)], axis=0).any()
+    np.testing.assert_allclose(still[-1], trial_to_pose(MOTION.angles_rad)[-1], atol=1e-6)
+    varied = wished_poses(MOTION, draw_variation(rng, 0.6, 0.8))
+    apart = np.rad2deg(relative_angle(varied[0, 8:12], still[0, 8:12]))
+    assert 0.0 < apart < 5.0
+
+
+def test_plans_follow_their_seed_and_hold_every_family() -> None:
+    plans = draw_plans(4, 80, ("par1", "par2"))
+    again = draw_plans(4, 80, ("par1", "par2"))
+    assert [plan.id for plan in plans] == [plan.id for plan in again]
+    assert [plan.id for plan in plans] != [plan.id for plan in draw_plans(5, 80, ("par1", "par2"))]
+    kinds = Counter(plan.kind for plan in plans)
+    assert sum(kinds.values()) == 80
+    assert set(kinds) == {"null", "single", "pair", "unknown", "salted"}
+    families = {p.injections[0].family for p in plans if p.kind == "single"}
+    assert families == {draw.__name__ for draw in LIBRARY_LIKE}
+    assert {(plan.emg, plan.reference) for plan in plans} == {
+        (emg, reference) for emg in (True, False) for reference in (True, False)
+    }
+    # Recorded motions have no simulated joint force.
+    assert {plan.plant for plan in plans if plan.contact} == {"P1"}
+    for plan in plans:
+        assert plan.hidden not in plan.tasks
+
+
+def test_a_case_drawn_again_keeps_its_families() -> None:
+    plan = next(p for p in draw_plans(4, 40, ("par1",)) if p.kind == "pair")
+    other = redrawn(plan, 1)
+    assert [i.family for i in other.injections] == [i.family for i in plan.injections]
+    assert other.id == plan.id
+    assert other.seed != plan.seed
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_few_cases_can_be_drawn(count: int) -> None:
+    kinds = [plan.kind for plan in draw_plans(3, count, ("par1", "par2"))]
+    assert len(kinds) == count
+    assert len(set(kinds)) == min(count, 5)
+
+
+def test_open_cases_of_one_kind() -> None:
+    assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}
+
+
+def test_a_person_with_two_ways_to_do_a_task_is_drawn_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "null")
+    envelopes = iter([0.3, 0.1])  # of one repeat in the first draw, and in the second
+
+    def simulated(_, plans):
+        time, rest = np.linspace(0, 1, 50), np.full((50, 8), 0.1)
+        moved = time, small_motion(50)
+        recordings = {
+            ("test", task, repeat): Recording(*moved, rest, np.zeros((50, 3)))
+            for task in plan.tasks
+            for repeat in (0, 1, 2)
+        }
+        other = rest + (next(envelopes) - 0.1) * (np.arange(8) == 5)
+        recordings["test", plan.tasks[1], 2] = Recording(*moved, other, np.zeros((50, 3)))
+        return {p.id: recordings for p in plans}
+
+    monkeypatch.setattr(generate, "_simulated", simulated)
+    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
+    assert recordings["test", plan.tasks[1], 2].emg.max() < 0.2
+    assert found.seed == redrawn(plan, 1).seed
+
+
+@pytest.mark.parametrize(("angle_deg", "draws"), [(20.0, 1), (0.0, generate.SHOWN_ATTEMPTS)])
+def test_an_effect_that_hardly_shows_is_drawn_again(
+    monkeypatch: pytest.MonkeyPatch, angle_deg: float, draws: int
+) -> None:
+    plan = replace(next(iter(draw_plans(2, 1, ("par1",), "single"))), faint=False)
+    calls = []
+    angles = small_motion(50)
+    trials = {"reference": angles, "test": angles + np.deg2rad(angle_deg) * (np.arange(10) == 9)}
+
+    def simulated(_, plans):
+        calls.append(len(plans))
+        recordings = {
+            (side, task, 0): Recording(
+                np.linspace(0, 1, 50), values, np.zeros((50, 8)), np.zeros((50, 3))
+            )
+            for side, values in trials.items()
+            for task in (*plan.tasks, plan.hidden)
+        }
+        return {p.id: recordings for p in plans}
+
+    monkeypatch.setattr(generate, "_simulated", simulated)
+    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
+    assert calls == [1] * draws
+    assert found.id == plan.id
+    assert generate.case_key(found, recordings)["shown"] is (angle_deg > 0)

@@ -1,0 +1,156 @@
+"""Predicted shoulders: limited muscles, what is refused, and the way from a neighbour."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from muscle_record import ELEMENTS, muscle_record
+from small_arm import NAMES, small_muscles
+from small_posed import WEIGHTS, small_model, small_settings
+from synthetic_study import solution
+
+from scapulohumeral.dynamics.parameters import unpack
+from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.problems.composite import compose
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.stages.prediction import (
+    TRACKED,
+    Condition,
+    PredictionFiles,
+    PredictionSettings,
+    _Scene,
+    _ways,
+    limit_capacity,
+)
+
+pytestmark = pytest.mark.unit
+
+HEALTHY = Condition("healthy", "calibrated", 2.0)
+WEAK = Condition("weak", "calibrated", 4.0, ("biceps",), 0.0, start="healthy")
+SETTINGS = PredictionSettings(
+    small_settings(), pause_s=1.0, guidance=(1.0, 0.1), capacity_steps=(0.5, 0.2)
+)
+
+
+def test_limited_muscles_keep_their_share_of_active_force():
+    record = muscle_record()
+    generic = muscle_parameters(record)
+    half = replace(generic, capacity=np.full(len(ELEMENTS), 0.5))
+    limited = limit_capacity(half, record, ("supra", "infra"), 0.4)
+    expected = [0.2 if muscle in ("supra", "infra") else 0.5 for muscle in ELEMENTS.values()]
+    np.testing.assert_allclose(limited.capacity, expected)
+    assert min(expected) < max(expected)
+    np.testing.assert_array_equal(limited.max_isometric_force, generic.max_isometric_force)
+    healthy = limit_capacity(half, record, (), 0.0)
+    np.testing.assert_array_equal(healthy.capacity, half.capacity)
+
+
+def test_unknown_muscle_is_refused():
+    record = muscle_record()
+    with pytest.raises(ConfigError, match="no muscle suprra; the model has .*supra"):
+        limit_capacity(muscle_parameters(record), record, ("infra", "suprra"), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"parameters": "measured"}, "parameters 'measured'"),
+        ({"capacity": 1.1}, "capacity 1.1"),
+        ({"capacity": -0.1}, "capacity -0.1"),
+        ({"w_gh": -1.0}, "w_gh -1.0"),
+        ({"capacity": float("nan")}, "capacity nan"),
+        ({"w_gh": float("nan")}, "w_gh nan"),
+        ({"girdle_stiffness_Nm_per_rad": -1.0}, "girdle_stiffness_Nm_per_rad -1.0"),
+    ],
+)
+def test_impossible_conditions_are_refused(changes, named):
+    with pytest.raises(ConfigError, match=f"prediction condition weak: .*{named}"):
+        replace(WEAK, **changes)
+
+
+@pytest.fixture
+def way(quaternion_equations, tmp_path):
+    """Function that gives the ways to a condition, from a neighbour that was solved or not."""
+    model = small_model(quaternion_equations)
+    composite = compose([solution("par2", "frontal", "quaternion")], 0.04, 1.0)
+
+    def way(condition, neighbour=None, status="optimal"):
+        path = None
+        if neighbour is not None:
+            path = tmp_path / "neighbour.npz"
+            solved = solution("par2", "frontal", "quaternion")
+            header = {**solved.header, "condition": asdict(neighbour), "status": status}
+            write_solution(replace(solved, header=header), path)
+        unread = Path("unread")
+        files = PredictionFiles(ModelFiles(*[unread] * 5), unread, None, (), path)
+        scene = _Scene(model, composite, small_muscles(), condition, SETTINGS)
+        return list(_ways(scene, files))
+
+    return way
+
+
+def capacities(problems) -> list[float]:
+    """Share of the biceps in each problem; all other muscles keep theirs."""
+    healthy = small_muscles().capacity
+    shares = np.array([problem.muscles.capacity / healthy for problem in problems])
+    biceps = NAMES.index("biceps")
+    assert (np.delete(shares, biceps, axis=1) == 1.0).all()
+    return shares[:, biceps].round(12).tolist()
+
+
+def test_tracking_leads_to_prediction_by_falling_guidance(way):
+    (guided,) = way(HEALTHY)
+    problems = guided.steps
+    assert [problem.objective.weights.guidance for problem in problems] == [1.0, 0.1, 0.0]
+    assert capacities(problems) == [1.0, 1.0, 1.0]
+    direct, fallback = way(replace(HEALTHY, start="direct"))
+    assert [problem.objective.weights.guidance for problem in direct.steps] == [0.0]
+    assert (guided.name, direct.name, fallback.name) == ("tracking", "direct", "tracking")
+    for problem in (*problems, *direct.steps):
+        weights = problem.objective.weights
+        assert weights.tracked == TRACKED
+        assert weights.stability == HEALTHY.w_gh
+        assert weights.trajectory == WEIGHTS["trajectory_quaternion"]
+
+
+def test_girdle_stiffness_changes_two_joints(way):
+    (healthy,) = way(replace(HEALTHY, start="direct"))[0].steps
+    (stiff,) = way(replace(HEALTHY, start="direct", girdle_stiffness_Nm_per_rad=5.0))[0].steps
+    before, after = unpack(healthy.parameters), unpack(stiff.parameters)
+    np.testing.assert_array_equal(after["joint_stiffness"][:2], [5.0, 5.0])
+    assert (before["joint_stiffness"][:2] != 5.0).all()
+    np.testing.assert_array_equal(after["joint_stiffness"][2:], before["joint_stiffness"][2:])
+    for name in before.keys() - {"joint_stiffness"}:
+        np.testing.assert_array_equal(after[name], before[name])
+
+
+def test_capacity_falls_in_steps_from_a_healthy_neighbour(way):
+    def first(condition):
+        return way(condition, HEALTHY)[0].steps
+
+    problems = first(WEAK)
+    assert capacities(problems) == [0.5, 0.2, 0.0]
+    assert {problem.objective.weights.guidance for problem in problems} == {0.0}
+    assert {problem.objective.weights.stability for problem in problems} == {WEAK.w_gh}
+    assert capacities(first(replace(WEAK, capacity=0.3))) == [0.5, 0.3]
+    assert capacities(first(replace(WEAK, capacity=0.5))) == [0.5]
+
+
+def test_capacity_goes_on_from_a_neighbour_that_is_limited_alike(way):
+    partly = replace(WEAK, name="partly", capacity=0.4)
+    assert capacities(way(WEAK, partly)[0].steps) == [0.2, 0.0]
+    assert capacities(way(replace(WEAK, w_gh=10.0), WEAK)[0].steps) == [0.0]
+    other = replace(WEAK, name="other", muscles=("brachialis",))
+    assert capacities(way(WEAK, other)[0].steps) == [0.5, 0.2, 0.0]
+
+
+def test_without_a_solved_neighbour_the_condition_is_reached_from_tracking(way):
+    first, last = way(WEAK, HEALTHY)
+    assert (first.name, last.name) == ("healthy", "tracking")
+    (only,) = way(WEAK, HEALTHY, status="failed")
+    assert only.name == "tracking"
+    assert [problem.objective.weights.guidance for problem in only.steps] == [1.0, 0.1, 0.0]
+    assert capacities(only.steps) == [0.0, 0.0, 0.0]

@@ -13,7 +13,8 @@ from scapulohumeral.study import WHOLE_RECORDINGS, planned
 wildcard_constraints:
     participant="[a-z0-9]+",
     trial="[a-z0-9_]+",
-    condition="[a-z0-9_]+",
+    # Tables of the audit stand beside the solutions.
+    condition="[a-z0-9_]+(?<!_opensim)(?<!_audited)(?<!_geometry)",
     muscles="generic|calibrated",
     variant="[a-z][a-z0-9_]*",
     model="[a-z_]+(-[a-z_]+)+",

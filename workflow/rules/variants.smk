@@ -106,6 +106,7 @@ rule compare_predictions:
         ),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         targets="config/targets.yaml",
+        audit="results/prediction/geometry_audit.csv",
         code=code_of("scapulohumeral.report.prediction.against"),
     output:
         recording="results/prediction/against_recording.csv",

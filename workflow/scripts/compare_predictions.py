@@ -17,6 +17,7 @@ compare(
         tracked=[Path(path) for path in given.tracked],
         participants=[Path(path) for path in given.participants],
         targets=Path(given.targets),
+        audit=Path(given.audit),
     ),
     Region(snakemake.params.margin_deg, tuple(snakemake.params.scapula_turn_deg)),
     Path(snakemake.output.recording),

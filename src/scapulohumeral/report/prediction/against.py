@@ -249,6 +249,14 @@ def _fall(healthy: np.ndarray, limited: np.ndarray) -> dict[str, float]:
     }
 
 
+def with_audit(table: pd.DataFrame, audit: pd.DataFrame) -> pd.DataFrame:
+    """Distances with the largest error of muscle length [mm] of the study's own predictions."""
+    largest = audit.groupby(["participant", "condition"]).length_max_mm.max()
+    names = zip(table.participant, table.condition, strict=True)
+    errors = [largest.get(name, np.nan) for name in names]
+    return table.assign(length_error_max_mm=np.where(table.variant == "study", errors, np.nan))
+
+
 @dataclass(frozen=True)
 class AgainstFiles:
     """Files of the comparison; solutions and summaries in the same order."""
@@ -258,6 +266,7 @@ class AgainstFiles:
     tracked: Sequence[Path]
     participants: Sequence[Path]
     targets: Path
+    audit: Path | None = None
 
 
 def compare(files: AgainstFiles, region: Region, recording: Path, published: Path) -> None:
@@ -272,5 +281,7 @@ def compare(files: AgainstFiles, region: Region, recording: Path, published: Pat
     targets = yaml.safe_load(files.targets.read_text(encoding="utf-8"))
     rest = float(targets["against_recording"]["rest_below_deg"])
     table = against_recording(predictions, tracked, people, region, rest)
+    if files.audit is not None:
+        table = with_audit(table, pd.read_csv(files.audit))
     table.to_csv(recording, index=False, float_format="%.4g")
     against_published(predictions, people).to_csv(published, index=False, float_format="%.4g")

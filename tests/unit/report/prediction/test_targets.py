@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
     cuff_effects,
@@ -163,3 +164,11 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
     assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
     assert all(verdict.holds for verdict in stated)
     assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1
+
+
+def test_poses_outside_the_fit_pass_where_opensim_agrees():
+    limits, table = TARGETS["against_recording"], recording(outside_fit_share=0.4)
+    audit = pd.DataFrame({"participant": "par2", "condition": "healthy", "length_max_mm": [2.9]})
+    assert not failed(recording_verdicts(limits, with_audit(table, audit)))
+    wrong = with_audit(table, audit.assign(length_max_mm=3.1))
+    assert len(failed(recording_verdicts(limits, wrong))) == 1

@@ -175,12 +175,20 @@ def variant_inputs(wildcards):
     condition = config["prediction"]["conditions"][wildcards.condition]
     inputs = variant_files(wildcards)
     if condition["parameters"] == "calibrated":
-        inputs["calibration"] = scalers_of(wildcards.participant)
+        inputs["calibration"] = variant_scalers(wildcards)
     if condition["start"] not in ("tracking", "direct"):
         inputs["neighbour"] = (
             f"results/variants/{wildcards.variant}/{wildcards.participant}/{condition['start']}.npz"
         )
     return inputs
+
+
+def variant_scalers(wildcards):
+    """Scalers of a variant: those that were published for fibres as the authors set them."""
+    published = PARTICIPANTS / wildcards.participant / "published" / "scalers.json"
+    if VARIANTS[wildcards.variant].model.get("fibres") == "published" and published.is_file():
+        return str(published)
+    return scalers_of(wildcards.participant)
 
 
 def variant_results(pattern):

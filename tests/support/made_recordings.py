@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from scapulohumeral.laboratory.girdle_rules import rest_scapula_in_clavicle
 from scapulohumeral.model.tables import ModelTables, read_tables
 
-TABLES_FOLDER = Path(__file__).parents[3] / "config" / "model"
+TABLES_FOLDER = Path(__file__).parents[2] / "config" / "model"
 RATE_HZ = 100.0
 FRAMES = 120
 # Laboratory axes of the thorax: the person looks along +y, leans by 8 deg, z is up.

@@ -13,6 +13,7 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import assembly
+from scapulohumeral.gap.answer import _remarks_on_shrinkage
 from scapulohumeral.gap.benchmark import hidden_task
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.detection.size import NO_INTERVAL
@@ -21,7 +22,7 @@ from scapulohumeral.gap.effects.library import EMG_FAMILIES, library
 from scapulohumeral.gap.isolation import doubts, posterior, search
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.nominal.control_bias import no_drive
-from scapulohumeral.gap.pipeline import _remarks_on_shrinkage, diagnose
+from scapulohumeral.gap.pipeline import diagnose
 from scapulohumeral.gap.recording.case import (
     ContactSeries,
     EmgSeries,

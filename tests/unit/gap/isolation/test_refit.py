@@ -20,8 +20,9 @@ from scapulohumeral.gap.recording.observables import (
     predicted,
 )
 from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.signatures import resolve
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.gap.signatures.of_tasks import TaskSignatures, resolve
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 pytestmark = pytest.mark.unit
 

@@ -8,8 +8,9 @@ from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.nominal import optimal_movement
 from scapulohumeral.gap.nominal.control_bias import Drive, toward_emg
 from scapulohumeral.gap.recording.observables import SensorSetup, difference, predicted
-from scapulohumeral.gap.signatures import of_tasks, task_signatures
+from scapulohumeral.gap.signatures import of_tasks
 from scapulohumeral.gap.signatures.linearise import Linearised
+from scapulohumeral.gap.signatures.of_tasks import task_signatures
 
 pytestmark = pytest.mark.unit
 

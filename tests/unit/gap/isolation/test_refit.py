@@ -73,9 +73,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     residual, first = screened(of_task, change)
     settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
     found = refit(first, residual, [of_task], None, RECORDER, settings)
-    linear, solved = (WEAK.physical(f.x) for f in (first, found))
-    np.testing.assert_allclose(solved, [LEFT, FIBRES_LEFT], rtol=0.05)
-    assert abs(linear[0] - LEFT) > abs(solved[0] - LEFT)
+    np.testing.assert_allclose(WEAK.physical(found.x), [LEFT, FIBRES_LEFT], rtol=0.05)
     assert found.left < first.left
 
 

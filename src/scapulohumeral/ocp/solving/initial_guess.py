@@ -158,7 +158,12 @@ def from_motion(
     step: float,
 ) -> Trajectory:
     """Starting point near recorded joint angles (N, 10) [rad], almost in equilibrium."""
-    q = relieve_contact(forces, parameters, coordinates(forces.dynamics.name, angles))
+    recorded = coordinates(forces.dynamics.name, angles)
+    q = relieve_contact(forces, parameters, recorded)
+    # Relief may lead out of the poses that the muscle paths were fitted to, where a fitted length
+    # can be none: there the start stays with the recording.
+    lengths, _ = forces.lengths(q, np.zeros((len(q), 10)))
+    q = np.where(np.isfinite(lengths).all(axis=1, keepdims=True), q, recorded)
     u = speeds(forces, q, step)
     activation, reaction = static_optimisation(forces, muscles, parameters, q, u, step)
     return Trajectory(q=q, u=u, a=activation, e=activation.copy(), reaction=reaction)

@@ -1,5 +1,7 @@
 """Loads shared among muscles: the minimiser that a general solver finds too."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -30,3 +32,27 @@ def test_shared_load_is_the_least_squares_minimiser(seed):
 def test_a_load_that_is_not_a_number_is_refused():
     with pytest.raises(SolveError, match="out of balance"):
         initial_guess.shared_load(np.ones((3, 2)), np.array([np.nan, 1.0]))
+
+
+def test_a_start_outside_the_fitted_paths_stays_with_the_recording(monkeypatch):
+    """Relief of contact may leave the region where muscle lengths are numbers."""
+    recorded, seen = np.zeros((3, 10)), []
+
+    class Forces:
+        dynamics = SimpleNamespace(name="euler")
+
+        def lengths(self, q, u):
+            return np.where(q[:, :1] > 1.0, np.nan, 0.1) * np.ones((1, 4)), None
+
+    def relieved(forces, parameters, q):
+        return q + np.array([0.5, 2.0, 0.5])[:, None]
+
+    def balanced(forces, muscles, parameters, q, u, step):
+        seen.append(q)
+        return np.zeros((3, 4)), np.zeros((3, 3))
+
+    monkeypatch.setattr(initial_guess, "relieve_contact", relieved)
+    monkeypatch.setattr(initial_guess, "speeds", lambda forces, q, step: np.zeros_like(q))
+    monkeypatch.setattr(initial_guess, "static_optimisation", balanced)
+    initial_guess.from_motion(Forces(), None, None, recorded, 0.04)
+    np.testing.assert_array_equal(seen[0][:, 0], [0.5, 0.0, 0.5])

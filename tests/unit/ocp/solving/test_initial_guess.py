@@ -56,3 +56,12 @@ def test_a_start_outside_the_fitted_paths_stays_with_the_recording(monkeypatch):
     monkeypatch.setattr(initial_guess, "static_optimisation", balanced)
     initial_guess.from_motion(Forces(), None, None, recorded, 0.04)
     np.testing.assert_array_equal(seen[0][:, 0], [0.5, 0.0, 0.5])
+
+
+def test_rounding_is_no_reason_to_refuse_a_start(monkeypatch):
+    """Where the cost cannot fall any further in its last digits, the load is shared all the same."""
+    monkeypatch.setattr(initial_guess, "SHARING_TOLERANCE", 0.0)
+    rng = np.random.default_rng(1)
+    moments, target = 20.0 * rng.normal(size=(40, 10)), 10.0 * rng.normal(size=10)
+    found = initial_guess.shared_load(moments, target)
+    np.testing.assert_allclose(moments.T @ found, target, atol=0.05)

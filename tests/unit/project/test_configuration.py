@@ -91,13 +91,13 @@ def test_meaning_and_a_line_that_would_do_are_said() -> None:
     assert "Meaning: Iterations after which a solve counts as failed [1]." in message
     assert message.endswith("Write for example: max_iterations: 1000")
     assert refusal("model.masses", "weighed").endswith("Write for example: masses: published")
-    assert refusal("geometry.posees", 3).endswith("Write for example: poses: 2250")
+    assert refusal("geometry.posees", 3).endswith("Write for example: poses: 2700")
     assert refusal("planes", ["Coronal"]).endswith("planes: [frontal, scapular, sagittal]")
 
 
 def test_key_that_may_be_absent() -> None:
-    check_config(changed("prediction.conditions.stiff.girdle_stiffness_Nm_per_rad", None))
-    assert "-1" in refusal("prediction.conditions.stiff.girdle_stiffness_Nm_per_rad", -1)
+    check_config(changed("prediction.conditions.healthy_stiff.girdle_stiffness_Nm_per_rad", None))
+    assert "-1" in refusal("prediction.conditions.healthy_stiff.girdle_stiffness_Nm_per_rad", -1)
 
 
 @pytest.mark.parametrize("text", ["a: [1", "\tx: 1", "[]", "3", ""])

@@ -127,7 +127,7 @@ def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -
 @pytest.mark.parametrize(
     ("section", "key", "value"),
     [
-        ("model", "masses", "anthropometric"),
+        ("model", "masses", "published"),
         ("geometry", "margin_deg", 12),
         ("weights.prediction", "activation", 1.5),
         ("prediction.conditions.healthy", "w_gh", 3),

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.unit
 PROGRAMME = """
 import resource
 import numpy as np
-from scapulohumeral.ocp.memory import keep_freed_memory
+from scapulohumeral.ocp.solving.memory import keep_freed_memory
 
 if {keep}:
     assert keep_freed_memory()

@@ -2,6 +2,8 @@
 
 The input is refused before anything long runs. Whatever happens to a solve, ``result.json`` is
 valid or absent, never half an answer or that of an earlier run.
+
+What solves and draws is imported once the input is accepted: a refusal need not wait for it.
 """
 
 from __future__ import annotations
@@ -15,25 +17,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
-from scapulohumeral.gap.curve_files import FOLDER as CURVES
-from scapulohumeral.gap.curve_files import check_curves, write_curves
-from scapulohumeral.gap.nominal.participant_model import (
-    MODEL_TABLES,
-    ModelSettings,
-    ParticipantModel,
-    check_groups,
-    participant_model,
-)
-from scapulohumeral.gap.output.page import write_report
-from scapulohumeral.gap.pipeline import diagnose
+from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.recording.marks import unmeasured
-from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
+from scapulohumeral.gap.recording.participant_file import (
+    MODEL_TABLES,
+    check_groups,
+    find_participant,
+    read_participant_file,
+)
 from scapulohumeral.gap.recording.trials import read_trials, trial_files
-from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
 from scapulohumeral.gap.settings import (
     SETTINGS,
     VIEWS,
@@ -43,6 +39,10 @@ from scapulohumeral.gap.settings import (
     sections_read,
 )
 from scapulohumeral.instructions import instruction_hash
+
+if TYPE_CHECKING:
+    from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+    from scapulohumeral.gap.result import Diagnosis
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
 RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
@@ -132,6 +132,11 @@ def read_case(request: Request, config: Config) -> Case:
 
 def _answer(request: Request, case: Case, config: Config) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
+    from scapulohumeral.gap.curve_files import check_curves
+    from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
+    from scapulohumeral.gap.pipeline import diagnose
+    from scapulohumeral.gap.result import to_json
+
     model = None
     try:
         settings = ModelSettings.of(config)
@@ -163,6 +168,8 @@ def answering_code() -> str:
 
 
 def _failed(case: Case, error: Exception) -> Diagnosis:
+    from scapulohumeral.gap.result import failed_diagnosis
+
     log.exception("failed")
     reason = f"{type(error).__name__}: {error}"
     print(f"Failed: {reason}. See {LOG}.", file=sys.stderr)
@@ -173,6 +180,8 @@ def _completed(
     diagnosis: Diagnosis, case: Case, model: ParticipantModel | None, config: Config
 ) -> Diagnosis:
     """A diagnosis with the fields that follow from the case alone."""
+    from scapulohumeral.gap.result import describe_inputs
+
     hashes = {
         "code": answering_code(),
         "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
@@ -191,6 +200,9 @@ def _completed(
 
 def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
     """Write curves and page. The answer stands without them, so their defect is only reported."""
+    from scapulohumeral.gap.curve_files import write_curves
+    from scapulohumeral.gap.output.page import write_report
+
     try:
         write_curves(diagnosis.curves, request.out)
         write_report(diagnosis, request.command, request.out)

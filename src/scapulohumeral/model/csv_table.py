@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from scapulohumeral.errors import DataError
 
@@ -105,6 +104,9 @@ def read_numbers(path: Path, columns: Sequence[str]) -> np.ndarray:
 
 def _plain_numbers(path: Path, columns: Sequence[str]) -> np.ndarray | None:
     """Columns of a table without any fault, read fast; None for every other table."""
+    # Here, because it takes half a second, which a reader of text need not wait for.
+    import pandas as pd
+
     with warnings.catch_warnings():
         # Rows that are all too long are cut with no more than a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)

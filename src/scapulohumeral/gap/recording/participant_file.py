@@ -20,8 +20,12 @@ from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA, SCALED_SEGMENTS
+from scapulohumeral.model.tables import read_tables
+from scapulohumeral.provenance import CONFIG_FOLDER
 
 FILE_NAME = "participant.yaml"
+# Like all files of the study these lie in its folder, wherever the configuration file does.
+MODEL_TABLES = CONFIG_FOLDER / "model"
 # Stature of an adult whose upper arm is as long as the humerus of the base model, 0.2908 m from
 # head to elbow: upper arms are 0.1618 (281.7 of 1741 mm, men) and 0.1586 (275.1 of 1735 mm, women)
 # of stature (de Leva 1996, tables 1 and 4); mean of both.
@@ -155,6 +159,23 @@ def read_scaled_model(path: Path) -> ScaledModel:
         segment_mass_kg={segment: masses[segment] for segment in SCALED_SEGMENTS},
         masses="published",
     )
+
+
+def check_groups(participant: GapParticipant, tables: Path) -> None:
+    """Refuse EMG channels of muscle groups that the model does not simulate.
+
+    Raises
+    ------
+    ConfigError                      names channel, group, and the groups there are
+    """
+    model = read_tables(tables)
+    groups = {model.muscles[name].group for name in model.active_muscles}
+    for channel, names in participant.emg_channels.items():
+        for name in sorted(set(names) - groups):
+            raise ConfigError(
+                f"participant {participant.id}, emg.channels.{channel}: no muscle group '{name}'; "
+                f"expected one of {', '.join(sorted(groups))}."
+            )
 
 
 def _entry(path: Path, stem: str, entry: Mapping[str, Any]) -> TrialEntry:

@@ -108,8 +108,10 @@ def read_record(trial: Path) -> dict[str, Any]:
         return {}
     try:
         document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: not JSON: {error}. Convert the recording again.") from error
+    if not isinstance(document, dict):
+        raise DataError(f"{path}: no keys; expected schema {SCHEMA}. Convert the recording again.")
     return document
 
 

@@ -34,10 +34,11 @@ from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.movement_window import resampled, smoothed
-from scapulohumeral.gap.recording.participant_file import MODEL_TABLES, check_groups
+from scapulohumeral.gap.recording.participant_file import check_groups
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
+from scapulohumeral.model.tables import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
 

@@ -141,7 +141,13 @@ def read_channels(trial: Path) -> dict[str, Channel]:
             f"schema {SCHEMA} with all joint angles. Convert the recording again, or "
             "remove the file if all were measured."
         )
-    return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
+    try:
+        return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
+    except TypeError as error:
+        raise DataError(
+            f"{record_path(trial)}, channels: {error}; expected status, rule and uncertainty of "
+            "each joint angle. Convert the recording again."
+        ) from error
 
 
 def _sha256(path: Path) -> str:

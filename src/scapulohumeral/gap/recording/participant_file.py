@@ -193,9 +193,23 @@ def _entry(path: Path, stem: str, entry: Mapping[str, Any]) -> TrialEntry:
     return TrialEntry(entry.get("task"), entry.get("repeat"), bounds)
 
 
+class _OnceLoader(yaml.SafeLoader):
+    """Refuses a key that stands twice, of which the last would win silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """As inherited, but for keys that stand twice."""
+        names = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for name in names:
+            if names.count(name) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key '{name}' more than once", node.start_mark
+                )
+        return super().construct_mapping(node, deep)
+
+
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = yaml.load(path.read_text(encoding="utf-8"), _OnceLoader)
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: no text in UTF-8 ({error}). Save it as UTF-8.") from error
     except (OSError, yaml.YAMLError) as error:
@@ -204,7 +218,10 @@ def _read_yaml(path: Path) -> dict[str, Any]:
         raise ConfigError(
             f"{path}: no keys; expected 'schema: participant/1' and others. Add them."
         )
-    _check_finite(path, document, "")
+    try:
+        _check_finite(path, document, "")
+    except RecursionError as error:
+        raise ConfigError(f"{path}: an entry contains itself. Write it out.") from error
     return document
 
 

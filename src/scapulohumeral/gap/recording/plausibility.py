@@ -27,27 +27,37 @@ from scapulohumeral.model.tables import MODEL_TABLES, read_tables
 # Arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so nobody samples it below 5 Hz; in
 # milliseconds, steps are longer than this up to 5 kHz.
 LONGEST_STEP_S = 0.2
-# Beyond the ranges of the model. Living persons exceed these: the shipped recordings by up to
+# ASSUME: a whole reach fits into a second, so nobody knows what the arm did in a longer gap.
+LONGEST_GAP_S = 1.0
+# ASSUME: beyond the ranges of the model. Living persons exceed these: the shipped recordings by up to
 # 23 deg, and an offset of the scapula markers adds as much again.
 GIRDLE_MARGIN_DEG = 60.0
 GIRDLE = tuple(name for name in ANGLE_NAMES if name.startswith(("SC_", "AC_")))
-# A posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
+# ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
 LEAST_MOVEMENT_DEG = 5.0
 
 
-def check_rate(path: Path, time_s: Array) -> None:
-    """Refuse times in another unit than seconds, known by steps too long for arm motion.
+def check_rate(table: MotionTable, time_s: Array) -> None:
+    """Refuse gaps, and times in another unit than seconds: their steps are too long for an arm.
 
     Raises
     ------
-    DataError                        names file and step
+    DataError                        names file, and row of a gap
     """
+    path = table.path
     step = float(np.median(np.diff(time_s)))
     if step > LONGEST_STEP_S:
         raise DataError(
             f"{path}, column time: steps of {step:g} s; expected {LONGEST_STEP_S} s or less, as "
             "arm motion needs. If these are milliseconds, divide by 1000; else record at a higher "
             "rate."
+        )
+    longest = int(np.diff(time_s).argmax())
+    if time_s[longest + 1] - time_s[longest] > LONGEST_GAP_S:
+        raise DataError(
+            f"{path}, row {table.row(longest + 1)}, column {table.header('time')}: "
+            f"{time_s[longest + 1]:g} s follows {time_s[longest]:g} s; expected {LONGEST_GAP_S:g} "
+            "s or less between rows. Make a trial of each part."
         )
 
 

@@ -37,6 +37,8 @@ LARGEST_EMG = 10.0
 # Envelopes without their rest level may be negative by noise, about 0.02 of the maximum; ten times
 # that is a signal that was not rectified.
 LOWEST_EMG = -0.2
+# ASSUME: nearly seven times the weight of the heaviest person accepted, 300 kg, is no joint force.
+LARGEST_FORCE_N = 2.0e4
 # Ends of a companion may miss the movement by this, about one frame of video.
 CLOCK_TOLERANCE_S = 0.05
 # Turns that an angle may have. The outer angles of the humerus are undefined while the arm hangs,
@@ -169,7 +171,7 @@ def _time(table: MotionTable) -> Array:
             f"{table.path}, row {table.row(i)}, column {table.header('time')}: {time_s[i]} s does "
             f"not follow {time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
         )
-    check_rate(table.path, time_s)
+    check_rate(table, time_s)
     return time_s
 
 
@@ -270,7 +272,15 @@ def _contact(
         return None
     time_s = _time(table)
     _check_clock(table.path, time_s, window)
-    return ContactSeries(time_s, table.numbers(columns))
+    values = table.numbers(columns)
+    beyond = np.argwhere(np.abs(values) > LARGEST_FORCE_N)
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {columns[k]}: {values[i, k]:g} N; expected "
+            f"at most {LARGEST_FORCE_N:g}. Convert the forces to newtons."
+        )
+    return ContactSeries(time_s, values)
 
 
 def _check_clock(path: Path, time_s: Array, window: tuple[float, float]) -> None:

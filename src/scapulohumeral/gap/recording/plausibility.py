@@ -29,8 +29,8 @@ from scapulohumeral.model.tables import MODEL_TABLES, read_tables
 LONGEST_STEP_S = 0.2
 # ASSUME: a whole reach fits into a second, so nobody knows what the arm did in a longer gap.
 LONGEST_GAP_S = 1.0
-# ASSUME: beyond the ranges of the model. Living persons exceed these: the shipped recordings by up to
-# 23 deg, and an offset of the scapula markers adds as much again.
+# ASSUME: beyond the ranges of the model. Living persons exceed these, the shipped recordings by
+# up to 23 deg, and an offset of the scapula markers adds as much again.
 GIRDLE_MARGIN_DEG = 60.0
 GIRDLE = tuple(name for name in ANGLE_NAMES if name.startswith(("SC_", "AC_")))
 # ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.

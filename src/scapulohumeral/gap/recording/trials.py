@@ -2,7 +2,7 @@
 
 ``STEM.csv`` (degrees) or ``STEM.mot`` (unit by its header) has the time and the ten joint angles;
 EMG and contact force are further columns of it or companions ``STEM_emg.csv``, ``STEM_force.csv``
-at their own rate, on the same clock. Nothing is resampled or filtered here: any sampling rate.
+at their own rate, on the same clock. Nothing is resampled or filtered here.
 
 Letters: T frames, S samples of a companion.
 """

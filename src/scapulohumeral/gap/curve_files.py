@@ -13,8 +13,8 @@ from typing import NamedTuple, TypeVar
 import pandas as pd
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.labels import CURVES
 
-FOLDER = "curves"
 # What the recorded curves of the test trials are compared with.
 REFERENCE, MODEL = COMPARED_WITH = ("reference trials", "model")
 Row = TypeVar("Row", bound=NamedTuple)
@@ -179,7 +179,7 @@ def read_table(out: Path, name: str) -> pd.DataFrame:
     ------
     DataError                        it was not written
     """
-    path = out / FOLDER / f"{name}.csv"
+    path = out / CURVES / f"{name}.csv"
     if not path.exists():
         raise DataError(
             f"{path}: not there; expected an answer of this version. Diagnose the case again."
@@ -189,7 +189,7 @@ def read_table(out: Path, name: str) -> pd.DataFrame:
 
 def read_pairs(out: Path, name: str) -> dict[str, str]:
     """A written table of two columns as first -> second; empty if it was not written."""
-    path = out / FOLDER / f"{name}.csv"
+    path = out / CURVES / f"{name}.csv"
     if not path.exists():
         return {}
     with path.open(encoding="utf-8", newline="") as stream:
@@ -199,7 +199,7 @@ def read_pairs(out: Path, name: str) -> dict[str, str]:
 def write_curves(curves: Mapping[str, pd.DataFrame], out: Path) -> None:
     """Write each table to ``out/curves/NAME.csv``."""
     check_curves(curves)
-    folder = out / FOLDER
+    folder = out / CURVES
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in curves.items():
         text = table.to_csv(index=False, float_format="%.6g", lineterminator="\n")

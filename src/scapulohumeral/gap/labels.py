@@ -21,3 +21,5 @@ NONE, NO_GAP = "none", "no_gap"
 
 # Between the two effects of a pair.
 JOIN = " + "
+# Folder of the tables behind the figures, beside the answer.
+CURVES = "curves"

@@ -2,6 +2,8 @@
 
 The input is refused before anything long runs. Whatever happens to a solve, ``result.json`` is
 valid or absent, never half an answer or that of an earlier run.
+
+What solves and draws is imported once the input is accepted: a refusal need not wait for it.
 """
 
 from __future__ import annotations
@@ -15,25 +17,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
-from scapulohumeral.gap.curve_files import FOLDER as CURVES
-from scapulohumeral.gap.curve_files import check_curves, write_curves
-from scapulohumeral.gap.nominal.participant_model import (
-    MODEL_TABLES,
-    ModelSettings,
-    ParticipantModel,
-    check_groups,
-    participant_model,
-)
-from scapulohumeral.gap.output.page import write_report
-from scapulohumeral.gap.pipeline import diagnose
+from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
+from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks
 from scapulohumeral.gap.recording.marks import unmeasured
-from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
+from scapulohumeral.gap.recording.participant_file import (
+    check_groups,
+    find_participant,
+    read_participant_file,
+)
 from scapulohumeral.gap.recording.trials import read_trials, trial_files
-from scapulohumeral.gap.result import Diagnosis, describe_inputs, failed_diagnosis, to_json
 from scapulohumeral.gap.settings import (
     SETTINGS,
     VIEWS,
@@ -43,6 +39,11 @@ from scapulohumeral.gap.settings import (
     sections_read,
 )
 from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.model.tables import MODEL_TABLES
+
+if TYPE_CHECKING:
+    from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+    from scapulohumeral.gap.result import Diagnosis
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
 RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
@@ -89,12 +90,16 @@ def run(request: Request) -> int:
     -------
     int      0: ``result.json`` holds an answer; 2: the input was refused and there is no
              ``result.json``; 3: a solve failed and ``result.json`` says so
+
+    Raises
+    ------
+    ConfigError                      nothing can be written into the folder for the answer
     """
-    request.out.mkdir(parents=True, exist_ok=True)
-    _clear(request.out)
+    _prepare(request.out)
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
+            _check_options(request)
             config = sections_read(read_diagnosis_config(request.config, request.settings), *VIEWS)
             # Contradictions are refused before a model is built.
             read_settings(config)
@@ -125,6 +130,10 @@ def read_case(request: Request, config: Config) -> Case:
         notes += [*skipped, *ignored]
     test, reference = sides
     case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
+    check_tasks(case)
+    check_channels(case)
+    # Read again when the answer is written: one that cannot be read is refused now.
+    unmeasured(case)
     for note in case.notes:
         log.info("%s", note)
     return case
@@ -132,6 +141,11 @@ def read_case(request: Request, config: Config) -> Case:
 
 def _answer(request: Request, case: Case, config: Config) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
+    from scapulohumeral.gap.curve_files import check_curves
+    from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
+    from scapulohumeral.gap.pipeline import diagnose
+    from scapulohumeral.gap.result import to_json
+
     model = None
     try:
         settings = ModelSettings.of(config)
@@ -163,6 +177,8 @@ def answering_code() -> str:
 
 
 def _failed(case: Case, error: Exception) -> Diagnosis:
+    from scapulohumeral.gap.result import failed_diagnosis
+
     log.exception("failed")
     reason = f"{type(error).__name__}: {error}"
     print(f"Failed: {reason}. See {LOG}.", file=sys.stderr)
@@ -173,6 +189,8 @@ def _completed(
     diagnosis: Diagnosis, case: Case, model: ParticipantModel | None, config: Config
 ) -> Diagnosis:
     """A diagnosis with the fields that follow from the case alone."""
+    from scapulohumeral.gap.result import describe_inputs
+
     hashes = {
         "code": answering_code(),
         "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
@@ -191,6 +209,9 @@ def _completed(
 
 def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
     """Write curves and page. The answer stands without them, so their defect is only reported."""
+    from scapulohumeral.gap.curve_files import write_curves
+    from scapulohumeral.gap.output.page import write_report
+
     try:
         write_curves(diagnosis.curves, request.out)
         write_report(diagnosis, request.command, request.out)
@@ -199,11 +220,28 @@ def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
         print(f"No {REPORT}: {error}. {RESULT} is complete; see {LOG}.", file=sys.stderr)
 
 
-def _clear(out: Path) -> None:
-    """Remove the answer of an earlier run: it must not be taken for this one's."""
-    stale = [out / RESULT, out / REPORT, *(out / CURVES).glob("*.csv")]
-    for path in stale:
-        path.unlink(missing_ok=True)
+def _check_options(request: Request) -> None:
+    """Refuse numbers and folders of the command that fail only after minutes of solving."""
+    for option, value, least in (("--seed", request.seed, 0), ("--threads", request.threads, 1)):
+        if value < least:
+            raise ConfigError(f"{option} {value}; expected {least} or more. Raise it.")
+    blocked = next(path for path in (request.cache, *request.cache.parents) if path.exists())
+    if not blocked.is_dir():
+        raise ConfigError(f"--cache: {blocked} is a file; expected a folder. Name another one.")
+
+
+def _prepare(out: Path) -> None:
+    """Make the folder for the answer, without that of an earlier run, which is not this one's."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for path in (out / RESULT, out / REPORT, *(out / CURVES).glob("*.csv")):
+            path.unlink(missing_ok=True)
+        (out / LOG).open("a").close()
+    except OSError as error:
+        raise ConfigError(
+            f"--out {out}: {error.strerror}: {error.filename}; expected a folder that can be "
+            "written into. Name another one, or remove what is in its place."
+        ) from error
 
 
 @contextmanager

@@ -108,8 +108,10 @@ def read_record(trial: Path) -> dict[str, Any]:
         return {}
     try:
         document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: not JSON: {error}. Convert the recording again.") from error
+    if not isinstance(document, dict):
+        raise DataError(f"{path}: no keys; expected schema {SCHEMA}. Convert the recording again.")
     return document
 
 
@@ -139,7 +141,13 @@ def read_channels(trial: Path) -> dict[str, Channel]:
             f"schema {SCHEMA} with all joint angles. Convert the recording again, or "
             "remove the file if all were measured."
         )
-    return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
+    try:
+        return {name: Channel(**channels[name]) for name in ANGLE_NAMES}
+    except TypeError as error:
+        raise DataError(
+            f"{record_path(trial)}, channels: {error}; expected status, rule and uncertainty of "
+            "each joint angle. Convert the recording again."
+        ) from error
 
 
 def _sha256(path: Path) -> str:

@@ -6,13 +6,13 @@ Rows are counted as a text editor shows them: the header is row 1.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from scapulohumeral.errors import DataError
 
@@ -35,13 +35,21 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
     ------
     DataError                        no such file, a missing column, a ragged row, or no rows
     """
-    if not path.is_file():
-        raise DataError(f"{path}: no such file. Check the name where the table is referred to.")
-    with path.open(newline="", encoding="utf-8-sig") as handle:
-        lines = [[cell.strip() for cell in line] for line in csv.reader(handle)]
+    try:
+        table = csv.reader(io.StringIO(read_text(path), newline=""))
+        lines = [[cell.strip() for cell in line] for line in table]
+    except csv.Error as error:
+        raise DataError(f"{path}: no table ({error}). Save it as CSV again.") from error
     if len(lines) < 2:
-        raise DataError(f"{path}: {len(lines)} lines; expected a header and at least one row.")
+        raise DataError(
+            f"{path}: {len(lines)} lines; expected a header and at least one row. Export it again."
+        )
     header = lines[0]
+    twice = sorted({name for name in header if name and header.count(name) > 1})
+    if twice:
+        raise DataError(
+            f"{path}, row 1: column {', '.join(twice)} more than once. Keep one of them."
+        )
     missing = [name for name in columns if name not in header]
     if missing:
         raise DataError(
@@ -55,6 +63,26 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
                 "header. Remove empty lines and stray commas."
             )
     return [dict(zip(header, cells, strict=True)) for cells in lines[1:]]
+
+
+def read_text(path: Path) -> str:
+    """Text of a file in UTF-8, with the ends of lines as they are.
+
+    Raises
+    ------
+    DataError                        no such file, no right to read it, or no such text
+    """
+    if not path.is_file():
+        raise DataError(f"{path}: no such file. Check the name where the table is referred to.")
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise DataError(
+            f"{path}: byte {error.start + 1} is no text in UTF-8. Save the table as text in UTF-8: "
+            "spreadsheets call it 'CSV UTF-8'."
+        ) from error
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror}. Allow it to be read.") from error
 
 
 def number(path: Path, row_number: int, row: Row, column: str) -> float:
@@ -105,6 +133,9 @@ def read_numbers(path: Path, columns: Sequence[str]) -> np.ndarray:
 
 def _plain_numbers(path: Path, columns: Sequence[str]) -> np.ndarray | None:
     """Columns of a table without any fault, read fast; None for every other table."""
+    # Here, because it takes half a second, which a reader of text need not wait for.
+    import pandas as pd
+
     with warnings.catch_warnings():
         # Rows that are all too long are cut with no more than a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)

@@ -13,9 +13,11 @@ from gap_files import elevation, finished_diagnosis, write_csv, write_participan
 from places import REPOSITORY
 
 from scapulohumeral.errors import DataError, SolveError
-from scapulohumeral.gap import cli, run
+from scapulohumeral.gap import cli, pipeline, run
 from scapulohumeral.gap.detection.null_bank import bank_file
+from scapulohumeral.gap.nominal import participant_model
 from scapulohumeral.gap.nominal.participant_model import ModelSettings, _inputs, _key
+from scapulohumeral.gap.output import page
 from scapulohumeral.gap.recording.case import case_hash
 from scapulohumeral.gap.result import read_result
 from scapulohumeral.gap.settings import read_settings
@@ -51,8 +53,10 @@ def seen(monkeypatch, views):
         views.append(settings.view)
         return finished_diagnosis()
 
-    monkeypatch.setattr(run, "participant_model", lambda *_: SimpleNamespace(hash="m"))
-    monkeypatch.setattr(run, "diagnose", answer)
+    monkeypatch.setattr(
+        participant_model, "participant_model", lambda *_: SimpleNamespace(hash="m")
+    )
+    monkeypatch.setattr(pipeline, "diagnose", answer)
     return cases
 
 
@@ -128,7 +132,7 @@ def raising(error):
 
 
 def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(run, "diagnose", raising(SolveError("lift: not solved")))
+    monkeypatch.setattr(pipeline, "diagnose", raising(SolveError("lift: not solved")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     document = read_result(case_folder / "out" / "result.json")
     assert document["status"] == "failed"
@@ -138,19 +142,19 @@ def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypa
 
 
 def test_data_that_the_inference_cannot_use_are_refused(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(run, "diagnose", raising(DataError("lift: too short")))
+    monkeypatch.setattr(pipeline, "diagnose", raising(DataError("lift: too short")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 2
 
 
 def test_an_answer_that_breaks_the_format_is_a_failure(case_folder, seen, monkeypatch):
-    monkeypatch.setattr(run, "diagnose", lambda *_, **__: finished_diagnosis(none_p=0.9))
+    monkeypatch.setattr(pipeline, "diagnose", lambda *_, **__: finished_diagnosis(none_p=0.9))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 3
     reason = read_result(case_folder / "out" / "result.json")["status_reason"]
     assert "expected 1" in reason
 
 
 def test_a_broken_page_does_not_take_the_answer(case_folder, seen, monkeypatch, capsys):
-    monkeypatch.setattr(run, "write_report", raising(ValueError("no ink")))
+    monkeypatch.setattr(page, "write_report", raising(ValueError("no ink")))
     assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 0
     assert json.loads((case_folder / "out" / "result.json").read_text())["status"] == "ok"
     assert "no ink" in capsys.readouterr().err
@@ -222,7 +226,7 @@ def test_every_command_finds_the_files_that_a_configuration_names(
         used.append(bank_file(settings))
         return finished_diagnosis()
 
-    monkeypatch.setattr(run, "diagnose", diagnosed)
+    monkeypatch.setattr(pipeline, "diagnose", diagnosed)
     for name, fits in (("gap/null_bank.json", True), ("gap/other.json", False)):
         options = changed("--settings", "null_bank", name)
         assert diagnose(case_folder, ["lift_r1.csv"], [], *options) == 0

@@ -31,18 +31,17 @@ from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import ConfigError, ModelError, SolveError
-from scapulohumeral.gap.recording.case import Case, GapParticipant, GapTrial
+from scapulohumeral.errors import ModelError, SolveError
+from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.gap.recording.participant_file import check_groups
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
-from scapulohumeral.model.tables import read_tables
+from scapulohumeral.model.tables import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
 
-# Like all files of the study these lie in its folder, wherever the configuration file does.
-MODEL_TABLES = provenance.CONFIG_FOLDER / "model"
 FORMULATION = "quaternion"
 OPENSIM_STAGE = "scapulohumeral.gap.nominal.opensim_process"
 # Name of the participant in its cached model: the real one must not influence anything.
@@ -122,23 +121,6 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
         folder=folder,
         equations=equations,
     )
-
-
-def check_groups(participant: GapParticipant, tables: Path) -> None:
-    """Refuse EMG channels of muscle groups that the model does not simulate.
-
-    Raises
-    ------
-    ConfigError                      names channel, group, and the groups there are
-    """
-    model = read_tables(tables)
-    groups = {model.muscles[name].group for name in model.active_muscles}
-    for channel, names in participant.emg_channels.items():
-        for name in sorted(set(names) - groups):
-            raise ConfigError(
-                f"participant {participant.id}, emg.channels.{channel}: no muscle group '{name}'; "
-                f"expected one of {', '.join(sorted(groups))}."
-            )
 
 
 def cached_equations(cache: Path) -> Path:

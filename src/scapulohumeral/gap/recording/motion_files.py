@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.csv_table import Row, number, read_rows
+from scapulohumeral.model.csv_table import Row, number, read_rows, read_text
 from scapulohumeral.model.rotations import Array
 
 
@@ -93,17 +93,20 @@ def read_table(path: Path) -> MotionTable:
 
 
 def _read_mot(path: Path) -> MotionTable:
-    if not path.is_file():
-        raise DataError(f"{path}: no such file. Check the name.")
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    lines = read_text(path).splitlines()
     ends = [i for i, line in enumerate(lines) if line.strip().lower() == "endheader"]
     if not ends or len(lines) < ends[0] + 3:
-        raise DataError(f"{path}: no 'endheader' with column names and rows after it.")
+        raise DataError(
+            f"{path}: no 'endheader' with column names and rows after it. "
+            "Export it as OpenSim motion file again."
+        )
     end = ends[0]
     units = [re.fullmatch(r"\s*inDegrees\s*=\s*(yes|no)\s*", line, re.I) for line in lines[:end]]
     found = [match[1].lower() for match in units if match]
     if len(found) != 1:
-        raise DataError(f"{path}, header: expected one line 'inDegrees=yes' or 'inDegrees=no'.")
+        raise DataError(
+            f"{path}, header: expected one line 'inDegrees=yes' or 'inDegrees=no'. Add the line."
+        )
     columns = tuple(lines[end + 1].split())
     rows = []
     for i, line in enumerate(lines[end + 2 :], start=end + 3):

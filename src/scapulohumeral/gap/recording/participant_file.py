@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
@@ -20,8 +21,12 @@ from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA, SCALED_SEGMENTS
+from scapulohumeral.model.tables import read_tables
 
 FILE_NAME = "participant.yaml"
+# Gravity on the ground is 9.76 to 9.83 m/s^2; rounded values are within this share as well.
+GRAVITY_MPS2 = 9.80665
+GRAVITY_TOLERANCE = 0.02
 # Stature of an adult whose upper arm is as long as the humerus of the base model, 0.2908 m from
 # head to elbow: upper arms are 0.1618 (281.7 of 1741 mm, men) and 0.1586 (275.1 of 1735 mm, women)
 # of stature (de Leva 1996, tables 1 and 4); mean of both.
@@ -79,14 +84,17 @@ def read_participant_file(path: Path, masses: str) -> ParticipantFile:
     document = _read_yaml(path)
     if "scale" in document:
         _check(path, document, PARTICIPANT_SCHEMA)
+        _check_gravity(path, document["gravity_in_thorax_mps2"])
         return ParticipantFile(_study_participant(document, masses), {}, path)
     _check(path, document, DIAGNOSIS_SCHEMA)
+    _check_gravity(path, document["gravity_in_thorax_mps2"])
     emg = document.get("emg", {"channels": {}, "unit": "fraction_of_mvc"})
     channels = {name: tuple(groups) for name, groups in emg["channels"].items()}
     neighbours = tuple(tuple(pair) for pair in emg.get("neighbours", ()))
     for name in {name for pair in neighbours for name in pair} - channels.keys():
         raise ConfigError(
-            f"{path}, emg.neighbours: '{name}'; expected one of {', '.join(channels)}."
+            f"{path}, emg.neighbours: '{name}'; expected one of {', '.join(channels)}. "
+            "Correct the name, or add the channel."
         )
     participant = GapParticipant(
         id=document["id"],
@@ -157,22 +165,93 @@ def read_scaled_model(path: Path) -> ScaledModel:
     )
 
 
+def check_groups(participant: GapParticipant, tables: Path) -> None:
+    """Refuse EMG channels of muscle groups that the model does not simulate.
+
+    Raises
+    ------
+    ConfigError                      names channel, group, and the groups there are
+    """
+    model = read_tables(tables)
+    groups = {model.muscles[name].group for name in model.active_muscles}
+    for channel, names in participant.emg_channels.items():
+        for name in sorted(set(names) - groups):
+            raise ConfigError(
+                f"participant {participant.id}, emg.channels.{channel}: no muscle group '{name}'; "
+                f"expected one of {', '.join(sorted(groups))}. "
+                "Correct the name."
+            )
+
+
 def _entry(path: Path, stem: str, entry: Mapping[str, Any]) -> TrialEntry:
     window = entry.get("window_s")
     if window is not None and window[0] >= window[1]:
-        raise ConfigError(f"{path}, trials.{stem}.window_s: {window}; expected start before end.")
+        raise ConfigError(
+            f"{path}, trials.{stem}.window_s: {window}; expected start before end. Exchange them."
+        )
     bounds = window and (float(window[0]), float(window[1]))
     return TrialEntry(entry.get("task"), entry.get("repeat"), bounds)
 
 
+class _OnceLoader(yaml.SafeLoader):
+    """Refuses a key that stands twice, of which the last would win silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """As inherited, but for keys that stand twice."""
+        names = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for name in names:
+            if names.count(name) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key '{name}' more than once", node.start_mark
+                )
+        return super().construct_mapping(node, deep)
+
+
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = yaml.load(path.read_text(encoding="utf-8"), _OnceLoader)
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: no text in UTF-8 ({error}). Save it as UTF-8.") from error
     except (OSError, yaml.YAMLError) as error:
         raise ConfigError(f"{path}: {error}. Check the name, and the line named.") from error
     if not isinstance(document, dict):
-        raise ConfigError(f"{path}: no keys; expected 'schema: participant/1' and others.")
+        raise ConfigError(
+            f"{path}: no keys; expected 'schema: participant/1' and others. Add them."
+        )
+    try:
+        _check_finite(path, document, "")
+    except RecursionError as error:
+        raise ConfigError(f"{path}: an entry contains itself. Write it out.") from error
     return document
+
+
+def _check_finite(path: Path, value: Any, place: str) -> None:
+    """Refuse .nan and .inf, which are within all bounds of a schema or of none."""
+    if isinstance(value, float) and not np.isfinite(value):
+        raise ConfigError(f"{path}, {place}: {value}; expected a finite number. Correct the entry.")
+    inner = value.items() if isinstance(value, dict) else ()
+    items = enumerate(value) if isinstance(value, list) else inner
+    for key, item in items:
+        _check_finite(path, item, f"{place}.{key}".removeprefix("."))
+
+
+def _check_gravity(path: Path, gravity: Sequence[float]) -> None:
+    """Refuse gravity of no place on earth, or that points up in the thorax.
+
+    Lying is allowed, hanging upside down is not: upwards means a wrong sign or another vertical
+    axis than y.
+    """
+    size = float(np.linalg.norm(gravity))
+    if abs(size / GRAVITY_MPS2 - 1.0) > GRAVITY_TOLERANCE:
+        raise ConfigError(
+            f"{path}, gravity_in_thorax_mps2: {list(gravity)} has length {size:.3f}; expected "
+            f"{GRAVITY_MPS2} within {GRAVITY_TOLERANCE:.0%}. Write m/s^2, in axes of the thorax."
+        )
+    if gravity[1] > 0.0:
+        raise ConfigError(
+            f"{path}, gravity_in_thorax_mps2: {list(gravity)} points up; expected a second "
+            "component of 0 or less, as y of the thorax is up. Change the sign, or the axes."
+        )
 
 
 def _check(path: Path, document: Mapping[str, Any], schema: Mapping[str, Any]) -> None:

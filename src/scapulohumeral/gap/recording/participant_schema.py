@@ -39,7 +39,14 @@ _EMG = _closed(
         "unit": {"enum": ["fraction_of_mvc", "fraction_of_max"]},
         "neighbours": {
             "type": "array",
-            "items": {"type": "array", "items": _NAME, "minItems": 2, "maxItems": 2},
+            "items": {
+                "type": "array",
+                "items": _NAME,
+                "minItems": 2,
+                "maxItems": 2,
+                "uniqueItems": True,
+                "description": "two different channels",
+            },
             "description": "pairs of channels between which cross-talk is possible",
         },
     },
@@ -109,7 +116,11 @@ SCALED_FILE_SCHEMA: dict[str, Any] = {
                 "type": "object",
                 "required": ["name", "mass_kg"],
                 "description": "name and mass_kg of a segment",
-                "properties": {"mass_kg": {"type": "number", "exclusiveMinimum": 0}},
+                "properties": {
+                    "name": {"type": "string"},
+                    # The heaviest person that is believed, as in the short file.
+                    "mass_kg": {"type": "number", "exclusiveMinimum": 0, "maximum": 300},
+                },
             },
         },
         "segment_scale": {
@@ -119,13 +130,14 @@ SCALED_FILE_SCHEMA: dict[str, Any] = {
                 "required": ["segment", "scale_xyz"],
                 "description": "segment and its scale_xyz",
                 "properties": {
+                    "segment": {"type": "string"},
                     "scale_xyz": {
                         "type": "array",
                         "items": {"type": "number", "minimum": 0.5, "maximum": 2},
                         "minItems": 3,
                         "maxItems": 3,
                         "description": "size over base model along x, y, z",
-                    }
+                    },
                 },
             },
         },

@@ -2,7 +2,7 @@
 
 ``STEM.csv`` (degrees) or ``STEM.mot`` (unit by its header) has the time and the ten joint angles;
 EMG and contact force are further columns of it or companions ``STEM_emg.csv``, ``STEM_force.csv``
-at their own rate, on the same clock. Nothing is resampled or filtered here: any sampling rate.
+at their own rate, on the same clock. Nothing is resampled or filtered here.
 
 Letters: T frames, S samples of a companion.
 """
@@ -20,6 +20,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window
+from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
@@ -33,6 +34,11 @@ SHORTEST_S = 0.2
 # Envelopes as shares of the maximum stay within a few units, also with a wrong gain; as percent,
 # or in microvolt, they do not.
 LARGEST_EMG = 10.0
+# Envelopes without their rest level may be negative by noise, about 0.02 of the maximum; ten times
+# that is a signal that was not rectified.
+LOWEST_EMG = -0.2
+# ASSUME: nearly seven times the weight of the heaviest person accepted, 300 kg, is no joint force.
+LARGEST_FORCE_N = 2.0e4
 # Ends of a companion may miss the movement by this, about one frame of video.
 CLOCK_TOLERANCE_S = 0.05
 # Turns that an angle may have. The outer angles of the humerus are undefined while the arm hangs,
@@ -101,14 +107,20 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     DataError                        see `read_trials`
     """
     if path.suffix not in SUFFIXES:
-        raise DataError(f"{path}: suffix '{path.suffix}'; expected {' or '.join(SUFFIXES)}.")
+        raise DataError(
+            f"{path}: suffix '{path.suffix}'; expected {' or '.join(SUFFIXES)}. "
+            "Export it as one of them."
+        )
     table = read_table(path).renamed({own: name for name, own in COLUMNS.items()})
     time_s = _time(table)
     angles = _angles_rad(table)
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
+    check_girdle(table, angles)
     window = entry.window_s or movement_window(time_s, angles)
     _check_window(path, time_s, window)
+    moving = (time_s >= window[0]) & (time_s <= window[1])
+    check_movement(path, time_s[moving], angles[moving])
     task, repeat = task_and_repeat(path.stem)
     trial = GapTrial(
         name=path.stem,
@@ -159,6 +171,7 @@ def _time(table: MotionTable) -> Array:
             f"{table.path}, row {table.row(i)}, column {table.header('time')}: {time_s[i]} s does "
             f"not follow {time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
         )
+    check_rate(table, time_s)
     return time_s
 
 
@@ -241,13 +254,13 @@ def _emg(
         return None
     time_s, values = _time(table), table.numbers(columns)
     _check_clock(table.path, time_s, window)
-    beyond = np.argwhere(np.abs(values) > LARGEST_EMG)
+    beyond = np.argwhere((values < LOWEST_EMG) | (values > LARGEST_EMG))
     if beyond.size:
         i, k = beyond[0]
         raise DataError(
             f"{table.path}, row {table.row(i)}, column {columns[k]}: {values[i, k]}; expected a "
-            f"share of the maximum, at most {LARGEST_EMG}. Divide percent by 100; divide volts by "
-            "those of a maximal contraction."
+            f"share of the maximum, {LOWEST_EMG} to {LARGEST_EMG}. Rectify and smooth raw signals; "
+            "divide percent by 100, and volts by those of a maximal contraction."
         )
     return EmgSeries(time_s, columns, values)
 
@@ -259,7 +272,15 @@ def _contact(
         return None
     time_s = _time(table)
     _check_clock(table.path, time_s, window)
-    return ContactSeries(time_s, table.numbers(columns))
+    values = table.numbers(columns)
+    beyond = np.argwhere(np.abs(values) > LARGEST_FORCE_N)
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {columns[k]}: {values[i, k]:g} N; expected "
+            f"at most {LARGEST_FORCE_N:g}. Convert the forces to newtons."
+        )
+    return ContactSeries(time_s, values)
 
 
 def _check_clock(path: Path, time_s: Array, window: tuple[float, float]) -> None:
@@ -271,6 +292,12 @@ def _check_clock(path: Path, time_s: Array, window: tuple[float, float]) -> None
 
 
 def _check_window(path: Path, time_s: Array, window: tuple[float, float]) -> None:
+    if window[0] < time_s[0] - CLOCK_TOLERANCE_S or window[1] > time_s[-1] + CLOCK_TOLERANCE_S:
+        raise DataError(
+            f"{path}: {time_s[0]:.3f} to {time_s[-1]:.3f} s; expected to cover window_s of the "
+            f"participant file, {window[0]:g} to {window[1]:g} s. Correct the window: it is on the "
+            "clock of the trial."
+        )
     inside = np.count_nonzero((time_s >= window[0]) & (time_s <= window[1]))
     if window[1] - window[0] < SHORTEST_S or inside < FEWEST_FRAMES:
         raise DataError(

@@ -9,10 +9,10 @@ from gap_files import elevation, participant_document, write_csv, write_particip
 from places import REPOSITORY
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.nominal.participant_model import check_groups
 from scapulohumeral.gap.recording.case import make_case
 from scapulohumeral.gap.recording.participant_file import (
     BASE_HEIGHT_M,
+    check_groups,
     find_participant,
     read_participant_file,
     read_scaled_model,

@@ -1,0 +1,117 @@
+"""Refusal of recordings that no shoulder makes: another unit of time, a girdle turned over, rest.
+
+Letters: T frames.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.motion_files import MotionTable
+from scapulohumeral.gap.recording.movement_window import smoothed
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    ANGLE_NAMES,
+    Array,
+    pose_to_trial,
+    quaternion_multiply,
+    relative_angle,
+    trial_to_pose,
+)
+from scapulohumeral.model.tables import MODEL_TABLES, read_tables
+
+# Arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so nobody samples it below 5 Hz; in
+# milliseconds, steps are longer than this up to 5 kHz.
+LONGEST_STEP_S = 0.2
+# ASSUME: a whole reach fits into a second, so nobody knows what the arm did in a longer gap.
+LONGEST_GAP_S = 1.0
+# ASSUME: beyond the ranges of the model. Living persons exceed these, the shipped recordings by
+# up to 23 deg, and an offset of the scapula markers adds as much again.
+GIRDLE_MARGIN_DEG = 60.0
+GIRDLE = tuple(name for name in ANGLE_NAMES if name.startswith(("SC_", "AC_")))
+# ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
+LEAST_MOVEMENT_DEG = 5.0
+
+
+def check_rate(table: MotionTable, time_s: Array) -> None:
+    """Refuse gaps, and times in another unit than seconds: their steps are too long for an arm.
+
+    Raises
+    ------
+    DataError                        names file, and row of a gap
+    """
+    path = table.path
+    step = float(np.median(np.diff(time_s)))
+    if step > LONGEST_STEP_S:
+        raise DataError(
+            f"{path}, column time: steps of {step:g} s; expected {LONGEST_STEP_S} s or less, as "
+            "arm motion needs. If these are milliseconds, divide by 1000; else record at a higher "
+            "rate."
+        )
+    longest = int(np.diff(time_s).argmax())
+    if time_s[longest + 1] - time_s[longest] > LONGEST_GAP_S:
+        raise DataError(
+            f"{path}, row {table.row(longest + 1)}, column {table.header('time')}: "
+            f"{time_s[longest + 1]:g} s follows {time_s[longest]:g} s; expected {LONGEST_GAP_S:g} "
+            "s or less between rows. Make a trial of each part."
+        )
+
+
+def check_girdle(table: MotionTable, angles_rad: Array) -> None:
+    """Refuse a clavicle or scapula turned further than any person's, however the angles are wound.
+
+    Parameters
+    ----------
+    table : where the angles are from; angles_rad : (T, 10)
+
+    Raises
+    ------
+    DataError                        names file, row and column
+    """
+    canonical = np.rad2deg(pose_to_trial(trial_to_pose(angles_rad)))[:, : len(GIRDLE)]
+    low, high = _girdle_limits_deg()
+    beyond = np.argwhere((canonical < low) | (canonical > high))
+    if beyond.size:
+        i, k = beyond[0]
+        raise DataError(
+            f"{table.path}, row {table.row(i)}, column {table.header(GIRDLE[k])}: the joint is at "
+            f"{canonical[i, k]:.0f} deg; expected {low[k]:.0f} to {high[k]:.0f} deg, since no "
+            "shoulder turns further. Check axes, sequence and signs of the joint angles."
+        )
+
+
+def check_movement(path: Path, time_s: Array, angles_rad: Array) -> None:
+    """Refuse a trial in which no joint, nor the humerus in the thorax, turns noticeably.
+
+    Parameters
+    ----------
+    path : file; time_s, angles_rad : (T,) and (T, 10) of the movement
+
+    Raises
+    ------
+    DataError                        names file and largest turn
+    """
+    pose = trial_to_pose(smoothed(Motion(time_s, angles_rad)).angles_rad)
+    joints = [pose[:, i : i + 4] for i in (0, 4, 8)]
+    joints.append(quaternion_multiply(quaternion_multiply(*joints[:2]), joints[2]))
+    turns = [relative_angle(joint[:1], joint).max() for joint in joints]
+    largest = np.rad2deg(max(*turns, np.ptp(pose[:, 12])))
+    if largest < LEAST_MOVEMENT_DEG:
+        raise DataError(
+            f"{path}, columns {ANGLE_NAMES[0]} to {ANGLE_NAMES[-1]}: no joint turns by more than "
+            f"{largest:.1f} deg; expected a movement of {LEAST_MOVEMENT_DEG:.0f} deg or more. "
+            "Leave the trial out: a diagnosis compares movements."
+        )
+
+
+@cache
+def _girdle_limits_deg() -> tuple[Array, Array]:
+    """Lowest and highest angle of `GIRDLE` that is believed."""
+    coordinates = read_tables(MODEL_TABLES).coordinates
+    ranges = [(coordinates[name].min_rad, coordinates[name].max_rad) for name in GIRDLE]
+    low, high = np.rad2deg(ranges).T
+    return low - GIRDLE_MARGIN_DEG, high + GIRDLE_MARGIN_DEG

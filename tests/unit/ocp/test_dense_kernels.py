@@ -53,7 +53,15 @@ def test_dgemmt_changes_one_triangle_as_it_should(library, triangle, ta, tb, bet
     np.testing.assert_allclose(c, expected, rtol=1e-13, atol=1e-13)
 
 
-@pytest.mark.parametrize("module", ["ocp.solving.solver", "ocp.optimality.kkt", "gap.nominal.optimal_movement", "stages.benchmark"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "ocp.solving.solver",
+        "ocp.optimality.kkt",
+        "gap.nominal.optimal_movement",
+        "stages.benchmark",
+    ],
+)
 def test_mumps_binds_to_the_kernels(module):
     """The dynamic linker reports which library each name of MUMPS was found in."""
     run = subprocess.run(

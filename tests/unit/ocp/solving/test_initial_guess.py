@@ -59,7 +59,7 @@ def test_a_start_outside_the_fitted_paths_stays_with_the_recording(monkeypatch):
 
 
 def test_rounding_is_no_reason_to_refuse_a_start(monkeypatch):
-    """Where the cost cannot fall any further in its last digits, the load is shared all the same."""
+    """Where the cost cannot fall in its last digits, the load is shared all the same."""
     monkeypatch.setattr(initial_guess, "SHARING_TOLERANCE", 0.0)
     rng = np.random.default_rng(1)
     moments, target = 20.0 * rng.normal(size=(40, 10)), 10.0 * rng.normal(size=10)

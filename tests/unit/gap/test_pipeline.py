@@ -537,7 +537,7 @@ def test_variants_judge_causes_as_the_answer_does(monkeypatch):
     def against(fitted, squares):
         return 1e3 if named in fitted.label else 0.0
 
-    monkeypatch.setattr(doubts, "_against", against)
+    monkeypatch.setattr(posterior, "_against", against)
     done = diagnosed(effect=RIGHT)
     assert done.candidates[0].label != named
     assert not any(named in row.verdict for row in done.curves["robustness"].itertuples())

@@ -113,17 +113,16 @@ def test_who_keeps_a_movement_firmly_shows_effects_less_in_its_angles(local):
     assert np.linalg.norm(change - 0.05 * keep) < 0.1 * np.linalg.norm(change)
 
 
-def test_firmness_leaves_the_solution(local):
+def test_stiffness_leaves_the_solution(local):
+    """To first order: along flat directions of the cost a little of it moves the angles."""
     move, point = followed(local)
     kept = move.kept(point, 10.0)
+    problem = kept.problem(move.body)
     before, after = (
-        predicted(move.trajectory(p), 0.44, CHANNELS, RECORDER.electrodes, False)
+        problem.objective_function.value(problem.layout.split(p.free))
         for p in (point, kept.solved(move.body, point, 200))
     )
-    channels = np.array([*KINEMATIC_CHANNELS, *CHANNELS])
-    off = np.abs(difference(after, before)).max(axis=0)
-    assert off[np.isin(channels, KINEMATIC_CHANNELS)].max() < 0.05
-    assert off[np.isin(channels, CHANNELS)].max() < 0.005
+    assert after <= before < 1.002 * after
     assert move.kept(point, 1.0) is move
 
 

@@ -14,6 +14,7 @@ from scapulohumeral.errors import ConfigError
 SOURCE_ROOT = Path(__file__).resolve().parents[1]
 # What the study is. Files that a configuration names are relative to it, wherever that one lies.
 CONFIG_FOLDER = SOURCE_ROOT.parent / "config"
+MODEL_TABLES = CONFIG_FOLDER / "model"
 
 # Packages whose version can change a number in a result.
 NUMERICAL_PACKAGES = (

@@ -39,7 +39,7 @@ from scapulohumeral.gap.settings import (
     sections_read,
 )
 from scapulohumeral.instructions import instruction_hash
-from scapulohumeral.model.tables import MODEL_TABLES
+from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
     from scapulohumeral.gap.nominal.participant_model import ParticipantModel

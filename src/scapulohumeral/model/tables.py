@@ -17,12 +17,8 @@ import yaml
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.csv_table import Row, number, read_rows
-from scapulohumeral.provenance import CONFIG_FOLDER
 
 Vector = tuple[float, ...]
-
-# Those of the study.
-MODEL_TABLES = CONFIG_FOLDER / "model"
 
 GROUND = "ground"
 WRAP_DIMENSIONS = {

@@ -38,7 +38,7 @@ from scapulohumeral.gap.recording.participant_file import check_groups
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
-from scapulohumeral.model.tables import MODEL_TABLES
+from scapulohumeral.provenance import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
 

@@ -22,7 +22,8 @@ from scapulohumeral.model.rotations import (
     relative_angle,
     trial_to_pose,
 )
-from scapulohumeral.model.tables import MODEL_TABLES, read_tables
+from scapulohumeral.model.tables import read_tables
+from scapulohumeral.provenance import MODEL_TABLES
 
 # Arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so nobody samples it below 5 Hz; in
 # milliseconds, steps are longer than this up to 5 kHz.

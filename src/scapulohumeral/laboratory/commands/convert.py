@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scapulohumeral.laboratory.commands.participant import add_body_arguments, body_of
-from scapulohumeral.provenance import CONFIG_FOLDER
+from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
     from scapulohumeral.laboratory.convert import Outcome
     from scapulohumeral.model.tables import ModelTables
 
-TABLES = CONFIG_FOLDER / "model"
 PAGE = "conversion.html"
 REFUSED = 2
 EXAMPLES = """examples:
@@ -74,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--smooth-hz", type=float, metavar="HZ", help="low-pass filter (default: none)")
     add("--out", type=Path, required=True, metavar="DIR", help="folder for tables and page")
     add("--keep-faulty", action="store_true", help="also write tables of recordings with a fault")
-    add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
+    add("--tables", type=Path, default=MODEL_TABLES, metavar="DIR", help="model tables")
     add("--id", default="participant", help="with --body-mass: name of the person")
     add(
         "--tasks", metavar="REGEX",

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scapulohumeral.provenance import CONFIG_FOLDER
+from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
     from scapulohumeral.laboratory.body_size import Body
 
-TABLES = CONFIG_FOLDER / "model"
 EXAMPLES = """example:
   scapulohumeral participant --static session1/static.c3d --map markers.yaml --id ann
       --body-mass 68 --height 1.70 --trials trials/frontal.csv trials/reach.csv --out participants
@@ -32,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help="folder of all participants")
     add("--id", required=True, help="name of the participant: small letters and digits")
     add_body_arguments(parser, required=True)
-    add("--tables", type=Path, default=TABLES, metavar="DIR", help="model tables")
+    add("--tables", type=Path, default=MODEL_TABLES, metavar="DIR", help="model tables")
 
 
 def add_body_arguments(parser: argparse.ArgumentParser, required: bool) -> None:

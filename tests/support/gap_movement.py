@@ -21,6 +21,7 @@ from scapulohumeral.gap.nominal.control_bias import no_drive
 from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
     GapSettings,
+    JointSpread,
     ModelSpread,
     NoisePrior,
     SessionSpread,
@@ -38,13 +39,14 @@ SETTINGS = GapSettings(
     short_list=3,
     refits=1,
     signature_error=0.2,
-    temperature=1.0,
     prior_no_gap=0.2,
     prior_none=0.1,
+    prior_moved=0.1,
+    calibration="gap/calibration.json",
     null_bank="gap/no_bank.json",
     geometry={},
     session=SessionSpread(0.05, 0.005, 0.5, 2.0, 0.3, 5.0),
-    noise=NoisePrior(1.0, 0.01, 20.0, 3.0),
+    noise=NoisePrior(JointSpread(1.0, 1.0, 1.0, 1.0), [0.01, 0.005], 0.01, 0.0, 20.0, 3.0),
     model=ModelSpread(4.0, 0.08, 150.0, 0.5),
     weights={},
 )

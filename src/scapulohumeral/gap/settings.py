@@ -92,7 +92,6 @@ class CaseGeometry(Section):
     """Keys of section `geometry` of the study that differ for the model of a case."""
 
     poses: Annotated[Whole, key("Poses to fit to [1].", ge=100, le=20000)]
-    held_out_poses: Annotated[Whole, key("Poses to judge the fit on [1].", ge=50, le=20000)]
     scapula_turn_deg: Annotated[
         Angles, key("Lowest and highest turn of the scapula under the recorded arm [deg].")
     ]

@@ -8,8 +8,8 @@ from typing import Any
 
 import jinja2
 
-from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.labels import MOVED
+from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
 
 TEMPLATE = "page.html.j2"
@@ -26,7 +26,7 @@ COSTS = {
 # What was found most probable of person and sessions, by the names of the table "errors".
 ASSUMED = {
     "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
-    "other_movement_deg": "another movement was intended, joints turned by {} deg (0: the same one)",
+    "other_movement_deg": "another movement was intended, by {} deg (0: the same one)",
     "session_share": "two sessions differ by {} of the configured spread",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }

@@ -28,6 +28,7 @@ SOLVED = [
     ("body/strength_loss/biceps", 0),
     ("body/strength_loss/coracobrachialis", 1),
     ("body/fibre_length/biceps", 1),
+    ("body/glenoid_orientation", 1),
     ("body/joint_damping/GH", 0),
     ("body/passive_gh", 0),
     ("body/tendon_compliance/all", 0),

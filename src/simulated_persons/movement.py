@@ -37,6 +37,7 @@ from simulated_persons.simulation import TICK_S
 SETTLE_S = 0.8  # muscles and scapula find their place before the recording starts
 HOLD_S = 0.2  # rest before and after the movement, within the recording
 EASE_S = 0.3  # recordings start while the arm moves already
+ENDS = 0.3  # share of a movement over which a shift of its timing grows
 # A movement that is done otherwise departs from the usual one as far as repeats of it do, times
 # this, by a constant and slow changes, of which tasks share a part.
 CHANGE_SCALE, CHANGE_WAVES, CHANGE_SHARED = 1.2, 3, 0.7
@@ -134,11 +135,9 @@ def wished_poses(motion: Motion, variation: Variation) -> np.ndarray:
 
 
 def _shifted(phase: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Phase (S,) moved by smooth curves, inside 0 to 1 without a kink."""
-    moved = phase + curves(phase, shift[None])[:, 0]
-    round_off = 0.5 * np.abs(curves(phase, shift[None])).max()
-    low = 0.5 * (moved + np.hypot(moved, round_off))
-    return np.clip(1.0 - 0.5 * ((1.0 - low) + np.hypot(1.0 - low, round_off)), 0.0, 1.0)
+    """Phase (S,) moved by smooth curves, but not at its ends, where the arm rests."""
+    inside = np.clip(np.minimum(phase, 1.0 - phase) / ENDS, 0.0, 1.0)
+    return phase + inside**2 * (3.0 - 2.0 * inside) * curves(phase, shift[None])[:, 0]
 
 
 def smooth_noise(rng: np.random.Generator, phase: np.ndarray, channels: int) -> np.ndarray:

@@ -24,15 +24,14 @@ SHARES = 1.0 / (1.0 + np.arange(WAVES)) / np.sum(1.0 / (1.0 + np.arange(WAVES)))
 # of cosines 0 to 3 of phase, alike in all joints.
 PHASE_SHIFT = np.array([0.055, 0.032, 0.032, 0.028])
 LOG_DURATION = 0.13
-# Persons and tasks differ in how much their repeats scatter, by 0.3 to 0.65 in the logarithm: as
-# scaled inverse chi-square with three degrees of freedom, cut where nobody would call it a repeat.
-SCALE_FREEDOM, SMALLEST_SCALE, LARGEST_SCALE = 3, 0.5, 2.5
+# Tasks differ in how much their repeats scatter: standard deviation of the logarithm, 0.3 in one
+# person and 0.65 in the other. So repeats of many tasks have heavy tails.
+LOG_SCALE = 0.45
 
 
 def draw_scale(rng: np.random.Generator) -> float:
-    """How much one task of one person scatters, over the numbers of this table."""
-    scale = np.sqrt(SCALE_FREEDOM / rng.chisquare(SCALE_FREEDOM))
-    return float(np.clip(scale, SMALLEST_SCALE, LARGEST_SCALE))
+    """How much one task of one person scatters, over the numbers of this table; mean square one."""
+    return float(np.exp(rng.normal(-(LOG_SCALE**2), LOG_SCALE)))
 
 
 def draw_waves(rng: np.random.Generator, deviation: np.ndarray) -> np.ndarray:

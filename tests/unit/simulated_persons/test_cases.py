@@ -62,9 +62,11 @@ from simulated_persons.scatter import (
     ANGLE_DEG,
     EL_DEG,
     LOG_DURATION,
+    LOG_SCALE,
     PHASE_SHIFT,
     WAVES,
     curves,
+    draw_scale,
 )
 from simulated_persons.simulation import TICK_S, Control
 
@@ -248,6 +250,13 @@ def test_repeats_scatter_as_recorded_ones_do() -> None:
     shifts = np.std([one.shift for one in drawn], axis=0)
     np.testing.assert_allclose(shifts, PHASE_SHIFT, rtol=0.15)
     assert np.std([np.log(one.pace) for one in drawn]) == pytest.approx(LOG_DURATION, rel=0.15)
+
+
+def test_scales_of_tasks_leave_the_table_right_on_the_whole() -> None:
+    rng = np.random.default_rng(5)
+    scales = np.array([draw_scale(rng) for _ in range(4000)])
+    assert np.mean(scales**2) == pytest.approx(1.0, abs=0.1)
+    assert np.std(np.log(scales)) == pytest.approx(LOG_SCALE, rel=0.05)
 
 
 def test_timing_shifts_a_movement_without_a_kink_and_stays_inside_it() -> None:

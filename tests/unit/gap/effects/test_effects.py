@@ -142,6 +142,12 @@ def test_parameters_without_source_or_beyond_their_bounds_are_refused():
         Param("x", "1", 2.0, 0.0, 1.0, 0.5, 0.5, "table")
 
 
+def test_effects_are_mistaken_for_families_that_there_are():
+    families = {effect.family for effect in LIBRARY}
+    for effect in LIBRARY:
+        assert set(effect.mimics) <= families - {effect.family}
+
+
 def test_internal_scale_is_inverted():
     for effect in LIBRARY:
         for p in effect.params:

@@ -18,7 +18,7 @@ from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import no_drive
-from scapulohumeral.gap.nominal.force_levers import POINTS
+from scapulohumeral.gap.nominal.force_levers import ALONG
 from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
     GapSettings,
@@ -69,7 +69,7 @@ def small_body() -> Body:
         gh_lift=np.tile([1.0, 0.0, 0.0], (NODES - 1, 1)),
         levers={
             point: np.random.default_rng(k).normal(0.0, 0.01, (NODES - 1, 13, 3))
-            for k, point in enumerate(POINTS)
+            for k, point in enumerate(ALONG)
         },
         pull=np.random.default_rng(2).normal(0.0, 0.01, (NODES - 1, 13, 3)),
         external_Nm=np.zeros((NODES - 1, 10)),

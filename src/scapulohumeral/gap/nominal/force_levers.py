@@ -16,7 +16,6 @@ from scapulohumeral.model.rotations import (
     rotation_vector_to_quaternion,
 )
 
-POINTS = ("hand", "forearm")
 # ASSUME: cuffs of arm supports and exoskeletons sit half way from the elbow to the hand.
 ALONG = {"hand": 1.0, "forearm": 0.5}
 
@@ -24,7 +23,7 @@ ALONG = {"hand": 1.0, "forearm": 0.5}
 def force_levers(
     dynamics: CompiledDynamics, parameters: Mapping[str, Array], pose: Array
 ) -> dict[str, Array]:
-    """Generalised forces of 1 N along each thorax axis, by point of :data:`POINTS`.
+    """Generalised forces of 1 N along each thorax axis, by point of :data:`ALONG`.
 
     A force F at r turns a joint at o by R^T ((r - o) x F) in the axes R of its child, as the speeds
     count, and pushes the humeral head by F.

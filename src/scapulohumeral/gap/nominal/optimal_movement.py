@@ -16,7 +16,7 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.body import JOINTS, Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import Drive, no_drive, toward_emg
-from scapulohumeral.gap.nominal.force_levers import POINTS, force_levers
+from scapulohumeral.gap.nominal.force_levers import ALONG, force_levers
 from scapulohumeral.gap.nominal.loaded_collocation import _loaded, body_bounds
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.observables import mean_pose
@@ -342,7 +342,7 @@ def nominal_body(model: ParticipantModel, nodes: int) -> Body:
         tendon_load=np.zeros((nodes - 1, count)),
         gh_elevation_rad=np.zeros(nodes - 1),
         gh_lift=np.zeros((nodes - 1, 3)),
-        levers={point: np.zeros((nodes - 1, SPEEDS + 3, 3)) for point in POINTS},
+        levers={point: np.zeros((nodes - 1, SPEEDS + 3, 3)) for point in ALONG},
         pull=np.zeros((nodes - 1, SPEEDS + 3, count)),
         external_Nm=np.zeros((nodes - 1, SPEEDS)),
         external_N=np.zeros((nodes - 1, 3)),

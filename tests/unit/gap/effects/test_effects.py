@@ -13,6 +13,7 @@ from small_arm import small_motion
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.effects.base import Param, Setup
+from scapulohumeral.gap.effects.external_force import POINTS
 from scapulohumeral.gap.effects.frames import elevation
 from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
@@ -346,7 +347,11 @@ def test_weights_of_the_cost(quaternion_equations, label, scaled):
         assert now[name] == (4.0 * value if name in scaled else value)
 
 
-@pytest.mark.parametrize("point", ["hand", "forearm"])
+def test_forces_act_where_levers_are_known():
+    assert set(POINTS) == set(ALONG)
+
+
+@pytest.mark.parametrize("point", POINTS)
 def test_levers_are_how_the_point_moves_with_each_speed(quaternion_equations, point):
     """Velocities of the point by unit speeds, from mechanics of its own."""
     angles, p = small_motion(4), parameters()

@@ -228,10 +228,12 @@ def _redrawn(plan: Plan, attempt: int) -> Plan:
 
 def _simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | None]:
     """Noise-free recordings of every trial; None for a case with an arm that missed its task."""
-    found: dict[str, Recordings | None] = {plan.id: {} for plan in plans}
     persons = {plan.id: draw_case(study.anatomies[plan.participant], plan) for plan in plans}
     ways = _ways(study, plans, persons)
-    runs = {plan.id: _runs(plan, persons[plan.id], ways[plan.id]) for plan in plans}
+    able = [plan for plan in plans if plan.id in ways]
+    found: dict[str, Recordings | None] = {plan.id: None for plan in plans}
+    found.update({plan.id: {} for plan in able})
+    runs = {plan.id: _runs(plan, persons[plan.id], ways[plan.id]) for plan in able}
     for run, q, trace, missed in _followed(study, plans, runs):
         trials = found[run.case]
         if missed:
@@ -251,7 +253,7 @@ def _ways(
     """Movement of each task of each case, as usual (False) and otherwise (True).
 
     Who keeps a movement keeps the one that the arm made when it followed the recording without
-    any effect.
+    any effect. Cases whose arm could not are left out.
     """
     ways: dict[str, dict[tuple[bool, str], Way]] = {}
     first: dict[str, list[Run]] = {}
@@ -266,17 +268,13 @@ def _ways(
         }
         if plan.person != YIELDS:
             first[plan.id] = [
-                Run(
-                    plan.id,
-                    (str(otherwise), task, 0),
-                    person.usual,
-                    way.poses(still),
-                    False,
-                )
+                Run(plan.id, (str(otherwise), task, 0), person.usual, way.poses(still), False)
                 for (otherwise, task), way in ways[plan.id].items()
             ]
     for run, q, _, missed in _followed(study, plans, first):
-        if not missed:  # else the recording itself is wished for, and missed again
+        if missed:
+            ways.pop(run.case, None)
+        elif run.case in ways:
             otherwise, task, _ = run.name
             key = otherwise == str(True), task
             ways[run.case][key] = Way(habit(q), 0.0 * ways[run.case][key].path_rad)

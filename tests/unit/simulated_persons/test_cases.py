@@ -54,6 +54,7 @@ from simulated_persons.plan import (
     KEEPS,
     PERSONS,
     SHARES,
+    TASKS,
     YIELDS,
     draw_plans,
     redrawn,
@@ -482,3 +483,25 @@ def test_who_never_manages_to_keep_a_movement_gives_way(
     [(found, _)] = generate.recorded_cases(SimpleNamespace(), [plan])
     assert seen == [KEEPS] * generate.KEEPING_ATTEMPTS + [YIELDS]
     assert found.person == YIELDS
+
+
+def test_who_cannot_do_a_task_at_all_has_no_movement_to_keep(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plans = [replace(p, person=KEEPS) for p in draw_plans(2, 2, ("par1",), "null")]
+    persons = {
+        plan.id: SimpleNamespace(usual=None, change={t: np.zeros((10, WAVES)) for t in TASKS})
+        for plan in plans
+    }
+    study = SimpleNamespace(motions={("par1", task): MOTION for task in TASKS})
+
+    def followed(_, __, runs):
+        for case, own in runs.items():
+            for run in own:
+                yield run, run.pose, None, case == plans[0].id and run.name[1] == plans[0].hidden
+
+    monkeypatch.setattr(generate, "_followed", followed)
+    ways = generate._ways(study, plans, persons)
+    assert list(ways) == [plans[1].id]
+    kept = ways[plans[1].id][False, plans[1].hidden].motion
+    np.testing.assert_allclose(kept.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)

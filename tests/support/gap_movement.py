@@ -18,6 +18,7 @@ from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import no_drive
+from scapulohumeral.gap.nominal.force_levers import ALONG
 from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
     GapSettings,
@@ -68,7 +69,15 @@ def small_body() -> Body:
         tendon_load=np.linspace(0.1, 0.5, 3 * (NODES - 1)).reshape(-1, 3),
         gh_elevation_rad=np.linspace(0.3, 1.2, NODES - 1),
         gh_lift=np.tile([1.0, 0.0, 0.0], (NODES - 1, 1)),
+        levers={
+            point: np.random.default_rng(k).normal(0.0, 0.01, (NODES - 1, 13, 3))
+            for k, point in enumerate(ALONG)
+        },
+        pull=np.random.default_rng(2).normal(0.0, 0.01, (NODES - 1, 13, 3)),
         external_Nm=np.zeros((NODES - 1, 10)),
+        external_N=np.zeros((NODES - 1, 3)),
+        stability=1.0,
+        rates=1.0,
     )
 
 

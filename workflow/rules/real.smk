@@ -116,7 +116,9 @@ rule tabulate_real_cases:
             "results/gap/real/cases/{case}/result.json", case=REAL.of_kind(wildcards.kind)
         ),
         cases=str(REAL_FILE),
-        code=code_of("scapulohumeral.gap.benchmark.real_cases"),
+        code=code_of(
+            "scapulohumeral.gap.benchmark.real_cases", "scapulohumeral.configuration.check"
+        ),
     output:
         table="results/gap/real/{kind}.csv",
     log:

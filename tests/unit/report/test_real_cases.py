@@ -6,7 +6,8 @@ import jinja2
 import pandas as pd
 import pytest
 
-from scapulohumeral.report.gap.real_cases import real_content
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.report.gap.real_cases import WORDS, real_content
 from scapulohumeral.report.study import read_known_cases
 
 pytestmark = pytest.mark.unit
@@ -59,6 +60,14 @@ def test_wrong_cause_of_a_null_misleads_too(table: pd.DataFrame) -> None:
     content = real_content(table)
     assert content["confident_and_wrong"] == ["load_shrug", "still_2"]
     assert content["nulls"].flagged == {1}
+
+
+def test_another_movement_is_no_wrong_cause(table: pd.DataFrame) -> None:
+    assert {NONE, NO_GAP, MOVED} == set(WORDS)
+    table.loc[table.case == "load_shrug", "first"] = MOVED
+    content = real_content(table)
+    assert not content["confident_and_wrong"]
+    assert content["cases"].rows[1][3] == "the movement was done differently (68 %)"
 
 
 def test_false_alarms_are_counted_with_their_interval(table: pd.DataFrame) -> None:

@@ -11,7 +11,12 @@ from scapulohumeral.quantities.proportion import wilson95
 from scapulohumeral.report.tables import Table
 
 NO_EFFECT = "no_effect"
-WORDS = {"none": "none of the known effects", "no_gap": "no gap"}
+# Answers that name no cause on body or record.
+WORDS = {
+    "none": "none of the known effects",
+    "no_gap": "no gap",
+    "control/movement_strategy": "the movement was done differently",
+}
 # As in the table: between labels of which one is right, and between sentences.
 OR, AND = " or ", " | "
 # A wrong cause that is named with more is said with confidence.

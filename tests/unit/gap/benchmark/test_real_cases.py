@@ -14,6 +14,9 @@ from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.benchmark.real_cases import COLUMNS, case_table, judged
 from scapulohumeral.gap.benchmark.real_trials import RealTrials
 from scapulohumeral.gap.benchmark.simulated_motions import write_elevations
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.library import library
+from scapulohumeral.gap.labels import NO_GAP, matches
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import read_trials
 from scapulohumeral.gap.result import to_json
@@ -108,6 +111,15 @@ def test_committed_cases() -> None:
     sides = [(tuple(case.test), tuple(case.reference)) for case in CASES.cases.values()]
     views = [case.view for case in CASES.cases.values()]
     assert len(set(zip(sides, views, strict=True))) == len(sides)
+
+
+def test_truths_are_answers_that_the_library_can_give() -> None:
+    """A truth that no answer can match would count as missed for ever."""
+    setup = Setup(("supra", "infra"), (), (), False)
+    labels = {NO_GAP, *(effect.label for effect in library(setup))}
+    for name, case in CASES.cases.items():
+        for truth in case.truth:
+            assert any(matches(label, truth) for label in labels), name
 
 
 def test_sides_of_measured_cases_are_whole_and_apart(recordings: Path, tmp_path: Path) -> None:

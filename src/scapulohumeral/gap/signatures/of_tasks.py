@@ -178,10 +178,16 @@ def _signatures(
         else record_derivative(effect, at[effect.label], anchor)
         for effect in effects
     ]
-    return tuple(
-        tuple(
-            change + person.through(conditions[effect.label]) if effect.changes_body else change
-            for effect, change in zip(effects, directly, strict=True)
+    found = []
+    for person in by_stiffness:
+        # Back-substituted together: the factors are read once for all.
+        moved = person.through(np.hstack(list(conditions.values())))
+        ends = np.cumsum([block.shape[1] for block in conditions.values()])[:-1]
+        by_label = dict(zip(conditions, np.split(moved, ends), strict=True))
+        found.append(
+            tuple(
+                change + by_label[effect.label] if effect.changes_body else change
+                for effect, change in zip(effects, directly, strict=True)
+            )
         )
-        for person in by_stiffness
-    )
+    return tuple(found)

@@ -75,9 +75,9 @@ def _content(study: Study) -> dict[str, Any]:
         "gimbal": gimbal_lock(study),
         "clavicle": clavicle_point(study),
         "conoid_N_per_m": sorted(
-            {record["conoid"]["stiffness_N_per_m"] for record in study.models.values()}
+            {record.conoid.stiffness_N_per_m for record in study.models.values()}
         ),
-        "masses": sorted({record["masses"] for record in study.models.values()}),
+        "masses": sorted({record.masses for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
     }
 
@@ -109,8 +109,7 @@ def clavicle_point(study: Study) -> dict[str, Any]:
     """
     points = {run.summary["settings"]["weights"]["clavicle_point_m"] for run in study.runs}
     distances = [
-        float(np.linalg.norm(record["joints"]["ac1"]["location_m"]))
-        for record in study.models.values()
+        float(np.linalg.norm(record.joints["ac1"].location_m)) for record in study.models.values()
     ]
     return {
         "points_m": sorted(points),

@@ -27,6 +27,7 @@ from scapulohumeral.emg.synthesis import (
     simulate_recording,
 )
 from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, read_solution
@@ -122,7 +123,7 @@ def scaler_values(plant: Plant, scalers: Scalers) -> np.ndarray:
     return np.array([[kind[name] for name in scalers.names] for kind in (plant.force, plant.fibre)])
 
 
-def plant_muscles(record: Mapping[str, Any], channels: Channels, plant: Plant) -> MuscleParameters:
+def plant_muscles(record: ModelRecord, channels: Channels, plant: Plant) -> MuscleParameters:
     """Muscle parameters of the plant of a participant."""
     scalers = muscle_groups(record, channels)
     muscles = scalers.apply(muscle_parameters(record), scaler_values(plant, scalers))

@@ -126,7 +126,9 @@ def test_solution_and_summary_must_belong_together(files: ReportFiles) -> None:
 def test_heavy_arm_is_flagged(study: Study) -> None:
     table = masses(study)
     assert table.flagged == {0}
-    assert float(table.rows[0][6]) == pytest.approx(12.0 / (83.0 * 0.0494), abs=0.01)
+    assert float(table.rows[0][6]) == pytest.approx(
+        12.0 / (83.0 * 0.5 * (0.0494 + 0.0449)), abs=0.01
+    )
     assert "implausible" in table.rows[0][-1]
 
 

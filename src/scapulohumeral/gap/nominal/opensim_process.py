@@ -11,10 +11,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +23,7 @@ from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_an
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.record import write_record
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
 
@@ -46,9 +45,8 @@ def build(folder: Path) -> None:
     shaper = replace(participant, trials=shaping)
     choices = ModelChoices(masses=settings["masses"])
     model = participant_model(tables, shaper, choices)
-    record = model_record(model, shaper, tables, choices)
-    set_masses(record["segments"], settings["segment_mass_kg"])
-    (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    record = model_record(model, shaper, tables, choices).with_masses(settings["segment_mass_kg"])
+    write_record(record, folder / "model.json")
 
     geometry = settings["geometry"]
     count = geometry["poses"] + geometry["held_out_poses"]
@@ -60,19 +58,11 @@ def build(folder: Path) -> None:
         np.random.default_rng(geometry["seed"]),
         lambda poses: is_clear(record, poses, geometry["clearance"]),
     )
-    names = [muscle["name"] for muscle in record["muscles"]]
+    names = list(record.muscle_names)
     samples = sample_geometry(model, trial_to_pose(angles), names)
     held_out = np.arange(count) >= geometry["poses"]
     arrays = {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
     np.savez(folder / "samples.npz", **arrays)
-
-
-def set_masses(segments: Mapping[str, dict[str, Any]], mass_kg: Mapping[str, float]) -> None:
-    """Give segments of a model record other masses, in place; inertia follows in proportion."""
-    for name, mass in mass_kg.items():
-        ratio = mass / segments[name]["mass_kg"]
-        segments[name]["mass_kg"] = mass
-        segments[name]["inertia_kgm2"] = [ratio * i for i in segments[name]["inertia_kgm2"]]
 
 
 if __name__ == "__main__":

@@ -38,6 +38,7 @@ from scapulohumeral.gap.recording.participant_file import check_groups
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.provenance import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
@@ -78,7 +79,7 @@ class ParticipantModel:
     folder, equations : where its files and the equations are kept
     """
 
-    record: Mapping[str, Any]
+    record: ModelRecord
     thorax: Mapping[str, Any]
     forces: MuscleForces
     muscles: MuscleParameters
@@ -107,10 +108,8 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     key = _key(inputs, settings)
     folder = _cached(cache / key, lambda target: _build(target, case, inputs, settings))
     equations = cached_equations(cache)
-    record, thorax = (
-        json.loads((folder / name).read_text(encoding="utf-8"))
-        for name in ("model.json", "thorax.json")
-    )
+    record = read_record(folder / "model.json")
+    thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
     geometry = load_geometry(folder / "geometry.npz")
     return ParticipantModel(
         record=record,

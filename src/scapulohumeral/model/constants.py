@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import ConfigDict, Field, Strict, TypeAdapter
 
-from scapulohumeral.documents import read_yaml, typed
+from scapulohumeral.documents import read_mapping, typed
 from scapulohumeral.errors import ModelError
 
 # Numbers as numbers: a quoted one, or true, is a slip.
@@ -183,9 +183,7 @@ def read_constants(path: Path) -> tuple[Constants, dict[str, str]]:
     ------
     ModelError                       the file cannot be read, or a key or value is refused
     """
-    document = read_yaml(path, "Restore the file.", ModelError)
-    if not isinstance(document, dict):
-        raise ModelError(f"{path}: no keys; expected the sections of constants. Restore the file.")
+    document = read_mapping(path, "sections of constants", "Restore the file.", ModelError)
     excluded = document.pop("excluded_muscles", None)
     if excluded is None:
         raise ModelError(f"{path}: no excluded_muscles. Add the key; an empty {{}} excludes none.")

@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import yaml
 
+from scapulohumeral.documents import read_mapping
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
@@ -98,7 +97,7 @@ def read_plant(path: Path, groups: tuple[str, ...]) -> Plant:
     ConfigError
         If a key or virtual muscle group is missing or unknown, or a factor is not positive.
     """
-    document: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    document = read_mapping(path, "the groups of a plant", "Restore the file.")
     keys = [field.name for field in fields(Plant)]
     if document.pop("schema", None) != "plant/1" or set(document) != set(keys):
         raise ConfigError(

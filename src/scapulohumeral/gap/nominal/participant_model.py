@@ -33,9 +33,8 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
 from scapulohumeral.gap.recording.participant_file import check_groups
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
 from scapulohumeral.model.record import ModelRecord, read_record
@@ -191,8 +190,7 @@ def _shaping_trials(case: Case) -> list[str]:
 
 def _table(trial: GapTrial) -> str:
     """The movement of a trial at equal steps of phase, as a table of the study."""
-    times = np.linspace(*trial.window_s, PHASE_POINTS)
-    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    times, angles = trial.moved(PHASE_POINTS)
     table = pd.DataFrame(np.rad2deg(angles), columns=list(ANGLE_COLUMNS))
     table.insert(0, TIME_COLUMN, times)
     return table.to_csv(index=False, float_format="%.10g", lineterminator="\n")

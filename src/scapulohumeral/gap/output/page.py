@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
     diagnosis : Diagnosis
     command : the command that made it, printed under Downloads
     """
-    filters = {
+    filters: dict[str, Callable[..., str]] = {
         "number": number,
         "interval": interval,
         "percent": percent,

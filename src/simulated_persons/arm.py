@@ -92,6 +92,7 @@ def draw_person(anatomy: Anatomy, rng: np.random.Generator) -> Arm:
         rise_s=rng.uniform(1.1, 1.6) * generic.activation_time[None],
         fall_s=rng.uniform(0.9, 1.2) * generic.deactivation_time[None],
         arm_scale=by_group(0.08) * np.ones((1, count)),
+        end_force=np.ones((1, count)),
     )
     control = Control(
         cost=by_group(0.2) * np.ones((1, count)),

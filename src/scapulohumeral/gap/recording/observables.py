@@ -10,7 +10,7 @@ B phase functions.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import dct
@@ -145,6 +145,24 @@ def difference(observed: Observation, anchor: Observation) -> Array:
     if observed.contact_N is not None and anchor.contact_N is not None:
         parts.append(observed.contact_N - anchor.contact_N)
     return np.hstack(parts)
+
+
+def channel_rates(observed: Observation) -> Array:
+    """Rates (N, K) of the channels per unit of phase, which runs from 0 to 1."""
+    motion = replace(observed, emg=None, contact_N=None)
+    first, last = (
+        replace(motion, pose=observed.pose[part]) for part in (slice(-1), slice(1, None))
+    )
+    steps = difference(last, first)
+    # Mean of the steps before and after a node; at both ends there is one only.
+    padded = np.concatenate([steps[:1], steps, steps[-1:]])
+    rates = 0.5 * (padded[1:] + padded[:-1])
+    others = [
+        np.gradient(curves, axis=0)
+        for curves in (observed.emg, observed.contact_N)
+        if curves is not None
+    ]
+    return (len(observed.pose) - 1) * np.hstack([rates, *others])
 
 
 def phase_functions(nodes: int, count: int) -> Array:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from functools import cache
 
 import numpy as np
 from scipy.linalg import solve, solve_triangular
@@ -130,10 +130,20 @@ def candidate_exponents(variables: Sequence[int]) -> Array:
     The largest total degree depends on the number of variables (DEGREE_BY_VARIABLES).
     """
     degree = DEGREE_BY_VARIABLES[len(variables)]
-    rows = [e for e in product(range(degree + 1), repeat=len(variables)) if sum(e) <= degree]
-    exponents = np.zeros((len(rows), 10), dtype=int)
-    exponents[:, list(variables)] = rows
-    return exponents[np.argsort(exponents.sum(axis=1), kind="stable")]
+    rows = [_of_degree(len(variables), d) for d in range(degree + 1)]
+    exponents = np.zeros((sum(map(len, rows)), 10), dtype=int)
+    exponents[:, list(variables)] = np.concatenate(rows)
+    return exponents
+
+
+@cache
+def _of_degree(variables: int, degree: int) -> Array:
+    """Exponents (B, variables) of all monomials of one degree, powers of the first rising."""
+    if variables == 1:
+        return np.array([[degree]])
+    rest = [_of_degree(variables - 1, degree - first) for first in range(degree + 1)]
+    firsts = np.repeat(np.arange(degree + 1), [len(rows) for rows in rest])
+    return np.column_stack([firsts, np.concatenate(rest)])
 
 
 def monomial_values(exponents: Array, variables: Array) -> Array:
@@ -177,23 +187,27 @@ def select_terms(gram: Array, right: Array, error: Array, settings: FitSettings)
     """
     scale = np.sqrt(np.diagonal(gram)) + np.finfo(float).tiny
     gram, right = gram / scale / scale[:, None], right / scale[:, None]
-    rest, rest_right = gram.copy(), right.copy()
+    rest, rest_right = np.diagonal(gram).copy(), right.copy()
+    # Columns of the Cholesky factor of the selected terms: what of each candidate they contain.
+    factor = np.zeros((min(settings.max_terms, len(gram)), len(gram)))
     order: list[int] = []
     counts = np.zeros(len(error), dtype=int)
     history = [error]
-    while len(order) < min(settings.max_terms, len(gram)) and _worth_going_on(history, settings):
+    while len(order) < len(factor) and _worth_going_on(history, settings):
         open_targets = history[-1] > 1.0
-        pivot = np.diagonal(rest).copy()
-        usable = pivot > 1.0 / settings.max_condition
+        usable = rest > 1.0 / settings.max_condition
         usable[order] = False
-        gain = np.sum(rest_right[:, open_targets] ** 2, axis=1) / np.where(usable, pivot, np.inf)
+        gain = np.sum(rest_right[:, open_targets] ** 2, axis=1) / np.where(usable, rest, np.inf)
         best = int(np.argmax(gain)) if order else 0
         if not usable[best]:
             break
-        column, row = rest[:, best] / pivot[best], rest_right[best].copy()
-        history.append(np.maximum(history[-1] - row**2 / pivot[best], 0.0))
+        known = factor[: len(order)]
+        column = (gram[:, best] - known[:, best] @ known) / np.sqrt(rest[best])
+        row = rest_right[best] / np.sqrt(rest[best])
+        history.append(np.maximum(history[-1] - row**2, 0.0))
+        factor[len(order)] = column
         rest_right -= np.outer(column, row)
-        rest -= np.outer(column, rest[best].copy())
+        rest -= column**2
         order.append(best)
         counts[open_targets] = len(order)
     return _solve_selected(gram, right, scale, np.array(order), counts)

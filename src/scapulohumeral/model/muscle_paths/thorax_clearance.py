@@ -10,6 +10,8 @@ Letters: P poses of thirteen numbers, as in ``rotations``; `record` is a model r
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from scapulohumeral.model.constants import Vector3
@@ -17,10 +19,17 @@ from scapulohumeral.model.record import ModelRecord, WrapRecord
 from scapulohumeral.model.rotations import Array, quaternion_to_matrix
 
 Frame = tuple[Array, Array]
+# Joint, segment that it moves, and where its quaternion begins in a pose.
+CHAIN = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
 
 
 def segment_frames(record: ModelRecord, poses: Array) -> dict[str, Frame]:
-    """Where thorax, clavicle, scapula and humerus are, in thorax axes.
+    """Where thorax, clavicle, scapula and humerus are, in thorax axes; as `chain_frames`."""
+    return chain_frames({joint: record.joints[joint].location_m for joint, *_ in CHAIN}, poses)
+
+
+def chain_frames(location_m: Mapping[str, Sequence[float]], poses: Array) -> dict[str, Frame]:
+    """The same by where the joints of the chain are in their parents [m].
 
     Returns
     -------
@@ -28,9 +37,8 @@ def segment_frames(record: ModelRecord, poses: Array) -> dict[str, Frame]:
     """
     origin, matrix = np.zeros((len(poses), 3)), np.tile(np.eye(3), (len(poses), 1, 1))
     frames = {"thorax": (origin, matrix)}
-    chain = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
-    for joint, segment, start in chain:
-        origin = origin + matrix @ np.array(record.joints[joint].location_m)
+    for joint, segment, start in CHAIN:
+        origin = origin + matrix @ np.array(location_m[joint])
         matrix = matrix @ quaternion_to_matrix(poses[:, start : start + 4])
         frames[segment] = (origin, matrix)
     return frames

@@ -68,7 +68,7 @@ def read_mapping(
     """Content of a YAML file with keys, of which `keys` names some; else as :func:`read_yaml`."""
     document = read_yaml(path, remedy, refusal)
     if not isinstance(document, dict):
-        raise refusal(f"{path}: no keys; expected {keys}. {remedy}")
+        raise refusal(f"{path}: no keys; expected {keys}. Add them.")
     return document
 
 

@@ -48,7 +48,7 @@ def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", ["", "a\n", "- a\n"])
 def test_document_without_keys_is_refused_where_keys_are_needed(file: Path, content: str) -> None:
     file.write_text(content, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"a\.yaml: no keys; expected schema\. Do this"):
+    with pytest.raises(ConfigError, match=r"a\.yaml: no keys; expected schema\. Add them"):
         read_mapping(file, "schema", REMEDY)
 
 

@@ -222,6 +222,12 @@ def blind_scores():
     return sorted(map(str, cards)) if config["diagnose"] else []
 
 
+def real_case_tables():
+    """The committed table of cases of known cause, where there is one and gaps are diagnosed."""
+    made = Path("reports/real_cases.csv")
+    return [str(made)] if made.is_file() and config["diagnose"] else []
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

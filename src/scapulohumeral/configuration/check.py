@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.fields import Section
+from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.documents import expected, read_yaml
 from scapulohumeral.errors import ConfigError
@@ -22,6 +23,7 @@ from scapulohumeral.provenance import CONFIG_FOLDER
 STUDY = CONFIG_FOLDER / "config.yaml"
 BLIND = CONFIG_FOLDER / "gap" / "blind.yaml"
 BENCH = CONFIG_FOLDER / "bench.yaml"
+REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
 
 LONGEST_EXAMPLE = 200
 REMEDY = "Expected a YAML file of the configuration."
@@ -61,6 +63,23 @@ def read_blind(path: Path = BLIND) -> BlindBenchmark:
 def read_bench(path: Path = BENCH) -> SolverBenchmark:
     """How the solver is measured."""
     return checked(SolverBenchmark, read_yaml(path, REMEDY), f"{path}, ", BENCH)
+
+
+def read_real_cases(path: Path = REAL_CASES) -> RealCases:
+    """Which cases of known cause are diagnosed.
+
+    Raises
+    ------
+    ConfigError                      a key is refused, or a case names a person that is not there
+    """
+    found = checked(RealCases, read_yaml(path, REMEDY), f"{path}, ", REAL_CASES)
+    for name, case in found.cases.items():
+        if case.person not in found.people:
+            raise ConfigError(
+                f"Configuration, {path}, key 'cases.{name}.person': '{case.person}'; expected one "
+                f"of {', '.join(found.people)}. Correct the name, or describe the person."
+            )
+    return found
 
 
 def checked(kind: type[Kind], content: Any, file: str, example: Path) -> Kind:

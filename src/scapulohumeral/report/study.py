@@ -40,6 +40,7 @@ class ReportFiles:
     sources : files that state assumptions
     coordination : files of EMG, calibration, validation and prediction, as far as there are any
     diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
+    real_cases : table of diagnoses whose cause is known, or none
     """
 
     summary: Path
@@ -55,6 +56,7 @@ class ReportFiles:
     coordination: CoordinationFiles = CoordinationFiles()
     diagnoses: Sequence[Path] = ()
     blind_scores: Sequence[Path] = ()
+    real_cases: Sequence[Path] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,7 @@ class Study:
     assumptions : marked in the source files
     coordination : EMG, calibration, validation and prediction
     diagnoses, blind_scores : documents of the gap diagnosis
+    real_cases : one row per diagnosis of known cause; empty if none was made
     """
 
     summary: pd.DataFrame
@@ -136,6 +139,7 @@ class Study:
     equation_folders: Sequence[Path]
     diagnoses: list[dict[str, Any]]
     blind_scores: list[dict[str, Any]]
+    real_cases: pd.DataFrame
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""
@@ -179,7 +183,14 @@ def read_study(files: ReportFiles) -> Study:
         equation_folders=files.equations,
         diagnoses=[_read_json(path) for path in files.diagnoses],
         blind_scores=[_read_json(path) for path in files.blind_scores],
+        real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
     )
+
+
+def read_known_cases(path: Path) -> pd.DataFrame:
+    """A table of cases of known cause; its empty texts stay texts."""
+    texts = {"said": "", "status_reason": ""}
+    return pd.read_csv(path, dtype=dict.fromkeys(texts, object)).fillna(texts)
 
 
 def _read_json(path: Path) -> dict[str, Any]:

@@ -257,6 +257,7 @@ def test_diagnosis_becomes_a_chapter_with_its_doubts(files: ReportFiles, tmp_pat
     assert "in sample: 86 %; on a new movement: none to remove" in chapter
     assert doubt in chapter
     assert "No blind cases have been scored" in chapter
+    assert "Cases of known cause were not run" in chapter
 
 
 def test_abstention_names_no_cause() -> None:
@@ -305,7 +306,8 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     assert row["there: class right"] == "not scored then"
     assert row["amplitude error, median"] == "0.3 (2 cases)"
     # The newest of the largest is shown whole.
-    assert gap_chapter(SimpleNamespace(diagnoses=[], blind_scores=cards))["card"] is cards[1]
+    study = SimpleNamespace(diagnoses=[], blind_scores=cards, real_cases=pd.DataFrame())
+    assert gap_chapter(study)["card"] is cards[1]
 
 
 def test_history_of_draws_is_made_from_the_committed_score_cards() -> None:

@@ -16,6 +16,8 @@ import numpy as np
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters, muscle_parameters
+from scapulohumeral.model.record import ModelRecord
+from scapulohumeral.quantities.joint_loading import glenoid_angles
 from simulated_persons.body import Body, ExtraTorques, no_extra_torques
 from simulated_persons.muscles import Muscles
 from simulated_persons.observation import Measurement, perfect_measurement
@@ -26,19 +28,19 @@ from simulated_persons.simulation import Control
 class Anatomy:
     """A participant's model: the record and what is made from it."""
 
-    record: Mapping[str, Any]
+    record: ModelRecord
     thorax: Mapping[str, Any]
     forces: MuscleForces
 
     @property
     def groups(self) -> np.ndarray:
         """Muscle group of each element, (M,)."""
-        return np.array([muscle["group"] for muscle in self.record["muscles"]])
+        return np.array(self.record.muscle_groups)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the muscle elements."""
-        return tuple(muscle["name"] for muscle in self.record["muscles"])
+        return self.record.muscle_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +125,7 @@ def batch(arms: Sequence[Arm]) -> tuple[Body, Control]:
 
 
 def _glenoid(anatomy: Anatomy) -> np.ndarray:
-    angles = anatomy.record["constants"]["glenoid"]
-    return np.deg2rad([angles["inferior_inclination_deg"], angles["anterior_version_deg"]])
+    return np.array(glenoid_angles(anatomy.record))
 
 
 def _spread(rng: np.random.Generator, width: float, size: int) -> np.ndarray:

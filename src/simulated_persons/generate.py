@@ -27,6 +27,7 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle
 from simulated_persons.arm import Anatomy, Arm, batch, draw_person
 from simulated_persons.case_person import Person, draw_case, scatter_scales
@@ -158,11 +159,8 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
     anatomies, motions, scale = {}, {}, {}
     for name in names:
         geometry = load_geometry(results / "muscle_geometry" / name / "quaternion.npz")
-        record, thorax = (
-            json.loads((results / "models" / file).read_text(encoding="utf-8"))
-            for file in (f"{name}.json", f"{name}_thorax.json")
-        )
-        _weigh(record, ARM_MASS.get(name, 1.0))
+        record = _weighed(read_record(results / "models" / f"{name}.json"), ARM_MASS.get(name, 1.0))
+        thorax = json.loads((results / "models" / f"{name}_thorax.json").read_text("utf-8"))
         anatomies[name] = Anatomy(record, thorax, MuscleForces(equations, geometry))
         text = (participants / name / "participant.yaml").read_text(encoding="utf-8")
         scale[name] = yaml.safe_load(text)["scale"]
@@ -171,12 +169,10 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
     return Study(anatomies, motions, scale)
 
 
-def _weigh(record: dict, factor: float) -> None:
-    """Scale masses and inertias of the arm in a model record."""
-    for name in ARM_SEGMENTS:
-        segment = record["segments"][name]
-        segment["mass_kg"] *= factor
-        segment["inertia_kgm2"] = [factor * value for value in segment["inertia_kgm2"]]
+def _weighed(record: ModelRecord, factor: float) -> ModelRecord:
+    """A model record with masses and inertias of the arm scaled."""
+    masses = {name: factor * record.segments[name].mass_kg for name in ARM_SEGMENTS}
+    return record.with_masses(masses)
 
 
 Recordings = dict[tuple[str, str, int], Recording]
@@ -491,13 +487,13 @@ def _write_table(path: Path, columns: Sequence[str], trial: Recording, values: n
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.5f")
 
 
-def _write_participant(plan: Plan, model: Mapping, scale: Mapping, folder: Path) -> None:
+def _write_participant(plan: Plan, model: ModelRecord, scale: Mapping, folder: Path) -> None:
     document = {
         "schema": "participant/1",
         "id": f"case-{plan.id}",
         "side": "right",
         "model": {"file": "model.yaml"},
-        "gravity_in_thorax_mps2": [float(g) for g in model["gravity_mps2"]],
+        "gravity_in_thorax_mps2": [float(g) for g in model.gravity_mps2],
     }
     if plan.emg:
         document["emg"] = {
@@ -505,8 +501,7 @@ def _write_participant(plan: Plan, model: Mapping, scale: Mapping, folder: Path)
             "unit": "fraction_of_mvc",
             "neighbours": [list(pair) for pair in NEIGHBOURS],
         }
-    segments = model["segments"]
-    bodies = [{"name": name, "mass_kg": float(segments[name]["mass_kg"])} for name in segments]
+    bodies = [{"name": n, "mass_kg": float(part.mass_kg)} for n, part in model.segments.items()]
     factors = [{"segment": name, "scale_xyz": list(map(float, f))} for name, f in scale.items()]
     tables = {"participant.yaml": document}
     tables["model.yaml"] = {"bodies": bodies, "segment_scale": factors}

@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scapulohumeral.configuration.check import checked, read_config, read_yaml
+from scapulohumeral.configuration.check import REMEDY, checked, read_config
 from scapulohumeral.configuration.fields import Angles, Real, Section, Whole, key
+from scapulohumeral.documents import read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.weighing import Weighing, read_weighing
 from scapulohumeral.provenance import CONFIG_FOLDER
@@ -203,7 +204,7 @@ def read_diagnosis_config(path: Path, settings: Path = SETTINGS) -> dict[str, An
 
 def with_settings(config: Mapping[str, Any], settings: Path) -> dict[str, Any]:
     """A configuration of the study with the settings in a file as section `gap`."""
-    section = read_yaml(settings)
+    section = read_yaml(settings, REMEDY)
     checked(GapSection, section, f"{settings}, ", SETTINGS)
     return {**config, "gap": section}
 

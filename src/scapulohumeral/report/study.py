@@ -17,6 +17,7 @@ import pandas as pd
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import Motion, read_motion, read_participant
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
 from scapulohumeral.report.coordination import Coordination, CoordinationFiles, read_coordination
@@ -128,7 +129,7 @@ class Study:
     summary: pd.DataFrame
     runs: list[Run]
     trials: list[TrialRuns]
-    models: dict[str, dict[str, Any]]
+    models: dict[str, ModelRecord]
     thoraxes: dict[str, dict[str, Any]]
     quality: pd.DataFrame
     equations: dict[str, dict[str, Any]]
@@ -164,7 +165,7 @@ def read_study(files: ReportFiles) -> Study:
                                      together
     """
     runs = read_runs(files.summaries, files.solutions)
-    models = {record["participant"]: record for record in map(_read_json, files.models)}
+    models = {record.participant: record for record in map(read_record, files.models)}
     people = {path.parent.name: path.parents[1] for path in files.participants}
     published = {n: read_participant(folder, n).predictions for n, folder in people.items()}
     headers = [_read_json(folder / "header.json") for folder in files.equations]
@@ -219,7 +220,7 @@ def read_runs(summaries: Sequence[Path], solutions: Sequence[Path]) -> list[Run]
 
 
 def by_trial(
-    runs: Sequence[Run], models: Mapping[str, Mapping[str, Any]], participants: Sequence[Path]
+    runs: Sequence[Run], models: Mapping[str, ModelRecord], participants: Sequence[Path]
 ) -> list[TrialRuns]:
     """Solves sorted by recorded motion.
 
@@ -236,7 +237,7 @@ def by_trial(
     for (participant, trial), by_formulation in found.items():
         published = people[participant].trial(trial).published_file
         ordered = {f: by_formulation[f] for f in FORMULATIONS if f in by_formulation}
-        groups = [muscle["group"] for muscle in models[participant]["muscles"]]
+        groups = models[participant].muscle_groups
         motion = read_motion(published) if published else None
         trials.append(TrialRuns(participant, trial, ordered, motion, np.array(groups)))
     return trials

@@ -27,14 +27,14 @@ def add_calibrate_command(
 
 
 def _calibrate(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.configuration.check import read_yaml
+    from scapulohumeral.documents import read_mapping
     from scapulohumeral.errors import ConfigError
     from scapulohumeral.gap.benchmark.calibrate import calibrate
     from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
     from scapulohumeral.provenance import CONFIG_FOLDER
 
     settings = read_settings(read_diagnosis_config(options.config, options.settings))
-    draws = read_yaml(options.draws)
+    draws = read_mapping(options.draws, "names of draws", "Check the name, and the line named.")
     wanted = {"cases", "published", "answers", "keys"}
     for name, places in draws.items():
         given = set(places) if isinstance(places, dict) else set()

@@ -26,6 +26,7 @@ from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_an
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.participant import Participant, read_participant
+from scapulohumeral.model.record import ModelRecord, write_record
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
 
@@ -53,9 +54,8 @@ def build(folder: Path, sampled: bool) -> None:
     shaper = replace(participant, trials=shaping)
     choices = ModelChoices(masses=settings["masses"])
     model = participant_model(tables, shaper, choices)
-    record = model_record(model, shaper, tables, choices)
-    set_masses(record["segments"], settings["segment_mass_kg"])
-    (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    record = model_record(model, shaper, tables, choices).with_masses(settings["segment_mass_kg"])
+    write_record(record, folder / "model.json")
     if sampled:
         arrays = sample_muscles(model, record, participant, settings["geometry"])
         np.savez(folder / "samples.npz", **arrays)
@@ -63,7 +63,7 @@ def build(folder: Path, sampled: bool) -> None:
 
 def sample_muscles(
     model: opensim.Model,
-    record: Mapping[str, Any],
+    record: ModelRecord,
     participant: Participant,
     geometry: Mapping[str, Any],
 ) -> dict[str, Any]:
@@ -85,18 +85,10 @@ def sample_muscles(
         np.random.default_rng(geometry["seed"]),
         lambda poses: is_clear(record, poses, geometry["clearance"]),
     )
-    names = [muscle["name"] for muscle in record["muscles"]]
+    names = list(record.muscle_names)
     samples = sample_geometry(model, trial_to_pose(angles), names)
     held_out = np.zeros(len(angles), dtype=bool)
     return {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
-
-
-def set_masses(segments: Mapping[str, dict[str, Any]], mass_kg: Mapping[str, float]) -> None:
-    """Give segments of a model record other masses, in place; inertia follows in proportion."""
-    for name, mass in mass_kg.items():
-        ratio = mass / segments[name]["mass_kg"]
-        segments[name]["mass_kg"] = mass
-        segments[name]["inertia_kgm2"] = [ratio * i for i in segments[name]["inertia_kgm2"]]
 
 
 if __name__ == "__main__":

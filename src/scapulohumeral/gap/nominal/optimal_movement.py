@@ -33,7 +33,7 @@ from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import muscle_patterns
-from scapulohumeral.quantities.joint_loading import superior_inferior_share
+from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
 
 BARRIER = 1e-5
 
@@ -324,20 +324,17 @@ def nominal_start(move: Movement, settings: GapSettings) -> Start:
 def nominal_body(model: ParticipantModel, nodes: int) -> Body:
     """The body without effects."""
     record, count = model.record, len(model.muscles.names)
-    glenoid = record["constants"]["glenoid"]
     _, equations = muscle_patterns(model.forces)
     crossing = np.stack([equations[JOINT_ROWS[joint]].any(axis=0) for joint in JOINTS], axis=1)
     return Body(
         muscles=model.muscles,
         parameters=unpack(dynamics_parameters(record, model.thorax, 0.0)),
-        glenoid_rad=np.deg2rad(
-            [glenoid["inferior_inclination_deg"], glenoid["anterior_version_deg"]]
-        ),
+        glenoid_rad=np.array(glenoid_angles(record)),
         effort=np.full(count, EXCITATION_EFFORT),
         floor=np.zeros(count),
         cap=np.ones(count),
         seen=np.ones(count),
-        groups=np.array([muscle["group"] for muscle in record["muscles"]]),
+        groups=np.array(record.muscle_groups),
         crossing=crossing,
         tendon_load=np.zeros((nodes - 1, count)),
         gh_elevation_rad=np.zeros(nodes - 1),

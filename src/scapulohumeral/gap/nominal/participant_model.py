@@ -37,11 +37,11 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
 from scapulohumeral.gap.recording.participant_file import check_groups
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.provenance import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
@@ -89,7 +89,7 @@ class ParticipantModel:
     folder, equations : where its files and the equations are kept
     """
 
-    record: Mapping[str, Any]
+    record: ModelRecord
     thorax: Mapping[str, Any]
     forces: MuscleForces
     muscles: MuscleParameters
@@ -119,10 +119,8 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     paths = cache / f"geometry_{_geometry_key(case, inputs, settings)}"
     folder = _cached(cache / key, lambda target: _build(target, paths, case, inputs, settings))
     equations = cached_equations(cache)
-    record, thorax = (
-        json.loads((folder / name).read_text(encoding="utf-8"))
-        for name in ("model.json", "thorax.json")
-    )
+    record = read_record(folder / "model.json")
+    thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
     geometry = load_geometry(folder / GEOMETRY_FILE)
     return ParticipantModel(
         record=record,
@@ -204,8 +202,7 @@ def _shaping_trials(case: Case) -> list[str]:
 
 def _table(trial: GapTrial) -> str:
     """The movement of a trial at equal steps of phase, as a table of the study."""
-    times = np.linspace(*trial.window_s, PHASE_POINTS)
-    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    times, angles = trial.moved(PHASE_POINTS)
     table = pd.DataFrame(np.rad2deg(angles), columns=list(ANGLE_COLUMNS))
     table.insert(0, TIME_COLUMN, times)
     return table.to_csv(index=False, float_format="%.10g", lineterminator="\n")

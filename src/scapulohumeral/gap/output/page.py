@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
-
-import jinja2
 
 from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+from scapulohumeral.templates import page_template
 
 TEMPLATE = "page.html.j2"
 # What each kind of missing data costs, said at the top of the page.
@@ -40,16 +39,13 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
     diagnosis : Diagnosis
     command : the command that made it, printed under Downloads
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.gap.output", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "interval": interval, "percent": percent}
-    environment.filters["yes_or_no"] = yes_or_no
-    return environment.get_template(TEMPLATE).render(
+    filters: dict[str, Callable[..., str]] = {
+        "number": number,
+        "interval": interval,
+        "percent": percent,
+        "yes_or_no": yes_or_no,
+    }
+    return page_template("scapulohumeral.gap.output", TEMPLATE, filters).render(
         d=diagnosis,
         verdict=verdict(diagnosis),
         badges=badges(diagnosis),

@@ -19,8 +19,6 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import GapTrial
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
-from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     Array,
     quaternion_conjugate,
@@ -64,16 +62,15 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
 
     EMG and force are averaged over the phase that a node stands for, whatever their rate.
     """
-    start, end = trial.window_s
-    times = np.linspace(start, end, nodes)
-    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    times, angles = trial.moved(nodes)
     emg = force = None
     if channels and trial.emg is not None:
         columns = [trial.emg.channels.index(name) for name in channels]
         emg = _averaged(trial.emg.time_s, trial.emg.values[:, columns], times)
     if contact and trial.contact is not None:
         force = _averaged(trial.contact.time_s, trial.contact.force_N, times)
-    return Observation(end - start, trial_to_pose(angles), channels, emg, force)
+    duration = trial.window_s[1] - trial.window_s[0]
+    return Observation(duration, trial_to_pose(angles), channels, emg, force)
 
 
 def _averaged(time_s: Array, values: Array, times: Array) -> Array:

@@ -13,10 +13,9 @@ K rotations that they span, n selected terms.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 from scipy.linalg import solve, solve_triangular
@@ -30,6 +29,7 @@ from scapulohumeral.model.muscle_paths.geometry import (
     is_straight,
     straight_coefficients,
 )
+from scapulohumeral.model.record import ModelRecord, MuscleRecord
 from scapulohumeral.model.rotations import Array
 
 DEGREE_BY_VARIABLES = {1: 6, 3: 6, 4: 5, 6: 6, 7: 4, 9: 5, 10: 3}
@@ -336,11 +336,9 @@ def fit_directions(values: Array, target: Array, settings: FitSettings) -> Array
     return coefficients
 
 
-def fit_geometry(
-    record: Mapping[str, Any], samples: FitSamples, settings: FitSettings
-) -> MuscleFit:
+def fit_geometry(record: ModelRecord, samples: FitSamples, settings: FitSettings) -> MuscleFit:
     """Geometry of all muscles of a participant's model record, "model/1"."""
-    muscles = record["muscles"]
+    muscles = record.muscles
     straight = np.array([is_straight(muscle) for muscle in muscles])
     index: dict[tuple[int, ...], int] = {(0,) * 10: 0}
     terms: list[tuple[Array, Array, Array, Array]] = []
@@ -363,9 +361,7 @@ def fit_geometry(
     return MuscleFit(geometry, condition, left_out)
 
 
-def _groups(
-    muscles: Sequence[Mapping[str, Any]], straight: np.ndarray
-) -> dict[tuple[str, ...], Array]:
+def _groups(muscles: Sequence[MuscleRecord], straight: np.ndarray) -> dict[tuple[str, ...], Array]:
     """Indices of the muscles to fit, by the joints that they cross."""
     groups: dict[tuple[str, ...], list[int]] = {}
     for m in np.flatnonzero(~straight).tolist():
@@ -388,8 +384,8 @@ def _make_group(samples: FitSamples, joints: tuple[str, ...], members: Array) ->
     )
 
 
-def _assemble(record, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
-    muscles, size = record["muscles"], len(exponents)
+def _assemble(record: ModelRecord, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
+    muscles, size = record.muscles, len(exponents)
     length = np.zeros((len(muscles), size + ROTATION_FEATURES))
     translation = np.zeros((3, *length.shape))
     for members, columns, coefficients, directions in terms:
@@ -399,5 +395,4 @@ def _assemble(record, squared: np.ndarray, exponents: Array, terms) -> MuscleGeo
         square, arms = straight_coefficients(record, muscles[m])
         length[m, 0], length[m, size:] = square[0], square[1:]
         translation[:, m, 0], translation[:, m, size:] = arms[:, 0], arms[:, 1:]
-    names = tuple(muscle["name"] for muscle in muscles)
-    return MuscleGeometry(names, exponents, length, translation, squared)
+    return MuscleGeometry(record.muscle_names, exponents, length, translation, squared)

@@ -13,7 +13,7 @@ import numpy as np
 import opensim
 
 from scapulohumeral.errors import ModelError
-from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     Array,
@@ -190,7 +190,7 @@ def _girdle_arms(model: opensim.Model, poses: Array, gh_arms: Array, translation
     translation : array, shape (P, m, 3)   change per translation of the head, along the scapula's
     """
     joints = {name: _joint_location(model, name) for name in ("sc1", "ac1", GH_JOINT)}
-    frames = segment_frames({"joints": {n: {"location_m": x} for n, x in joints.items()}}, poses)
+    frames = chain_frames(joints, poses)
     head, humerus = frames["humerus_r"]
     turn = np.einsum("pij,pmj->pmi", humerus, gh_arms)
     pull = np.einsum("pij,pmj->pmi", frames["scapula_r"][1], translation)

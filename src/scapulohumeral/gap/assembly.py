@@ -37,6 +37,7 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
         case.channels,
         case.participant.neighbours,
         case.has_contact,
+        referenced=bool(case.reference),
     )
     return library(setup)
 

@@ -69,9 +69,17 @@ EMG_FAMILIES = (
 )
 
 
+# Families of the model, which is one and the same for a person's test and reference trials.
+OF_THE_MODEL = (passive_girdle, rate_weight, serratus_path, stability_weight, thorax_surface)
+
+
 def library(setup: Setup) -> tuple[Effect, ...]:
-    """All effects that the recorded observables can show, in a fixed order."""
-    every = (effect for family in FAMILIES for effect in family.members(setup))
+    """All effects that the recorded observables can show, in a fixed order.
+
+    What the model itself may have wrong is the same on both sides of a comparison of one person.
+    """
+    families = [f for f in FAMILIES if not (setup.referenced and f in OF_THE_MODEL)]
+    every = (effect for family in families for effect in family.members(setup))
     return tuple(effect for effect in every if effect.needs <= setup.observables)
 
 

@@ -138,12 +138,14 @@ class HypothesesRow(NamedTuple):
     """What the probability of an answer was made of, in natural logarithms.
 
     `log_predictive` is the sum over tasks of their density given the others; None with one task.
+    `useless`: how much is predicted in vain [1].
     """
 
     label: str
     log_prior: float
     log_evidence: float
     log_predictive: float | None
+    useless: float
 
 
 # Rows of each table; `phase_percent` runs from 0 to 100 over the movement.

@@ -25,6 +25,8 @@ from scapulohumeral.gap.weighing import Weighing
 # Labels so many units of weighed evidence below the first are not asked to predict held-out tasks:
 # no other task could make up for it.
 HOPELESS = 12.0
+# Share of a difference that the right cause may leave, by errors of its prediction.
+LEFT = 0.8
 # Effects among which variants choose.
 COMPARED_VARIANTS = 15
 # Level at which tasks contradict each other about an amplitude.
@@ -111,7 +113,11 @@ def _scores(
         MOVED: settings.prior_moved,
     }
     logs = {**{f.label: f.log_evidence for f in fits}, **others}
-    scores = {label: Score(float(np.log(prior[label])), log, None) for label, log in logs.items()}
+    vain = {f.label: in_vain(f, evidence.residuals[f.moved_deg]) for f in fits}
+    scores = {
+        label: Score(float(np.log(prior[label])), log, None, vain.get(label, 0.0))
+        for label, log in logs.items()
+    }
     if len(evidence.residual.tasks) < 2:
         return scores
     weights = {f.label: scores[f.label].log_weight(weighing) for f in found.integrated}
@@ -131,6 +137,21 @@ def _scores(
         label: replace(score, log_predictive=predictive.get(label, least))
         for label, score in scores.items()
     }
+
+
+def in_vain(fitted: Fit, residual: Residual) -> float:
+    """How much of a difference a cause predicts without removing it.
+
+    Errors of a prediction grow with it, so they give evidence even to a cause that shrinks no gap.
+    What a cause leaves beyond :data:`LEFT` of the difference counts, as far as the cause claims to
+    explain it: one that predicts nothing predicts nothing in vain.
+    """
+    white, predicted = residual.whiten(residual.delta), residual.whiten(fitted.predicted)
+    whole = float(white @ white)
+    left = float(np.sum((white - predicted) ** 2)) / whole
+    claimed = min(float(predicted @ predicted) / whole, 1.0)
+    exceeding = np.clip(whole / len(white) - 1.0, 0.0, 1.0)
+    return float(exceeding * claimed * max(left - LEFT, 0.0))
 
 
 def _agreement(
@@ -180,6 +201,7 @@ def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:
             log_prior=score.log_prior,
             log_evidence=score.log_evidence,
             log_predictive=score.log_predictive,
+            useless=score.useless,
         )
         for label, score in judged.scores.items()
     ]

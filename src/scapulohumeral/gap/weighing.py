@@ -12,16 +12,20 @@ from pathlib import Path
 from scapulohumeral.errors import ConfigError
 
 SCHEMA = "gap-calibration/1"
+# More units of log probability than this decide no more than it does.
+MOST_USELESS = 1000.0
 
 
 @dataclass(frozen=True)
 class Weighing:
-    """Weights of evidence, all between 0 and 1.
+    """Weights of evidence, between 0 and 1 unless something else is said.
 
     Attributes
     ----------
     evidence : of the log evidence of all tasks
     held_out : of the log predictive density of tasks given the others
+    useless : units of log probability by which a cause is less probable that predicts as much as
+        the difference and leaves all of it
     unknown : largest probability of none of these that evidence may give
     misled : share of all probability that goes by what is believed before any data
     silent, silent_motion, silent_alone : least probability of no gap where none is found: with
@@ -31,6 +35,7 @@ class Weighing:
 
     evidence: float
     held_out: float
+    useless: float
     unknown: float
     misled: float
     silent: float
@@ -40,8 +45,9 @@ class Weighing:
     def __post_init__(self) -> None:
         """Refuse what is no weight."""
         for name, value in asdict(self).items():
-            if not 0.0 <= value <= 1.0:
-                raise ConfigError(f"{name}: {value}; expected 0 to 1. Calibrate again.")
+            most = MOST_USELESS if name == "useless" else 1.0
+            if not 0.0 <= value <= most:
+                raise ConfigError(f"{name}: {value}; expected 0 to {most:g}. Calibrate again.")
         if self.evidence + self.held_out <= 0.0:
             raise ConfigError("evidence and held_out: 0; expected one above 0. Calibrate again.")
 

@@ -106,6 +106,7 @@ def _open_case(draw: str, case: ScoredCase) -> OpenCase:
             row["log_prior"],
             row["log_evidence"],
             None if np.isnan(row["log_predictive"]) else row["log_predictive"],
+            row["useless"],
         )
         for row in table.to_dict("records")
     }

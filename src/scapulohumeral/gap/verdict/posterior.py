@@ -31,17 +31,19 @@ class Score:
     log_prior : before any data
     log_evidence : of the whole difference
     log_predictive : of each task given the others; None with one task
+    useless : how much it predicts in vain, from 0 to 1 and beyond: see `judgement.in_vain`
     """
 
     log_prior: float
     log_evidence: float
     log_predictive: float | None
+    useless: float = 0.0
 
     def log_weight(self, weighing: Weighing) -> float:
         """Log probability up to a constant."""
         held_out = self.log_evidence if self.log_predictive is None else self.log_predictive
         of_data = weighing.evidence * self.log_evidence + weighing.held_out * held_out
-        return self.log_prior + of_data
+        return self.log_prior + of_data - weighing.useless * self.useless
 
 
 @dataclass(frozen=True)

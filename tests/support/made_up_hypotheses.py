@@ -28,7 +28,7 @@ MASS, GAIN = EFFECTS["body/segment_mass/forearm"], EFFECTS["body/strength_loss/b
 
 def residual(delta, noise=1.0):
     covariance = noise**2 * np.eye(SIZE)
-    return Residual(delta, covariance, covariance, FUNCTIONS, TASKS, KINEMATIC_CHANNELS, 8)
+    return Residual(delta, covariance, covariance, FUNCTIONS, TASKS, KINEMATIC_CHANNELS, (8.0,) * 2)
 
 
 def hypothesis(effect, seed, size=4.0):

@@ -201,7 +201,7 @@ def changed(tmp_path):
     [
         ("--config", "model.masses", "weighed", "key 'model.masses': 'weighed'; expected"),
         ("--config", "model.mases", "published", "Did you mean 'masses'"),
-        ("--settings", "tempreature", 3, "Did you mean 'temperature'"),
+        ("--settings", "itreations", 3, "Did you mean 'iterations'"),
         ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
         ("--settings", "phase_functions", 20, "gap.phase_functions: 20 of 21 nodes"),
     ],

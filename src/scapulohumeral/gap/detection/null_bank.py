@@ -40,7 +40,7 @@ PACKAGE = "scapulohumeral.gap"
 # that every edit of them made stale would never be there. Values of settings are hashed themselves.
 LEFT_OUT = ("scapulohumeral.gap.nominal.participant_model", "scapulohumeral.gap.settings")
 # Settings that neither tests nor thresholds read.
-AFTERWARDS = ("short_list", "refits", "temperature", "null_bank")
+AFTERWARDS = ("short_list", "refits", "calibration", "null_bank")
 
 
 @dataclass(frozen=True)

@@ -57,23 +57,21 @@ def exchangeable(
 
 
 def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:
-    """Whitened lengths (P,) of the mean differences of all arrangements, the recorded one first."""
-    columns, picks = [], []
+    """Whitened lengths (P,) of the mean differences of all arrangements, the recorded one first.
+
+    Tasks are whitened one by one: what sessions change is alike in all of them, so that beside it
+    sides that change places in one task only would look like the larger difference.
+    """
+    squares, picks = [], []
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
         curves = np.stack([difference(one, records.anchors[task]) for one in trials])
-        coefficients = residual.compress([curves])
-        whole = np.zeros((len(residual.delta), len(trials)))
-        whole[residual.rows([task])] = coefficients
-        columns.append(residual.whiten(whole))
+        own = residual.part([task])
+        white = own.whiten(own.compress([curves]))
         picks.append((len(trials), len(records.test[task])))
-    signs = [_signs(len_, count) for len_, count in picks]
-    return np.array(
-        [
-            np.linalg.norm(sum(c @ s[i] for c, s, i in zip(columns, signs, which, strict=True)))
-            for which in _arrangements(picks, seed)
-        ]
-    )
+        squares.append(np.sum((white @ _signs(*picks[-1]).T) ** 2, axis=0))
+    which = np.array(_arrangements(picks, seed)).T
+    return np.sqrt(sum(own[chosen] for own, chosen in zip(squares, which, strict=True)))
 
 
 def _signs(trials: int, tests: int) -> np.ndarray:

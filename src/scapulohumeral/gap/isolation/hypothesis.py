@@ -96,6 +96,7 @@ class Fit:
     misfit : mean square of what remains in units of noise and of the errors of the prediction:
         about one where both are as assumed
     moved_deg : supposed size of another movement [deg], which is part of the noise
+    mimicked : what was taken off the log evidence of a pair, see `pairs.paired`
     """
 
     hypothesis: Hypothesis
@@ -105,6 +106,7 @@ class Fit:
     left: float
     misfit: float
     moved_deg: float
+    mimicked: float = 0.0
 
     @property
     def label(self) -> str:

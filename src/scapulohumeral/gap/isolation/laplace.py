@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.stats import chi2, norm
+from scipy.stats import chi2
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.model_error import SignatureError
@@ -128,8 +128,8 @@ class _System:
 def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Parameters (P,) of least squares with normal equations (P, P) and (P,) inside bounds."""
     free = np.linalg.solve(normal, right)
-    if np.all((low <= free) & (free <= high)):
-        return free
+    if len(free) == 1 or np.all((low <= free) & (free <= high)):
+        return np.clip(free, low, high)
     factor = np.linalg.cholesky(normal)
     span = np.maximum(high - low, 1e-9)
     # An active set of few parameters is exact and ten times as fast as an interior point.
@@ -139,7 +139,8 @@ def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndar
 
 
 def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
-    return float(np.sum(norm.logpdf(x, scale=hypothesis.prior_sd)))
+    sd = hypothesis.prior_sd
+    return float(-0.5 * np.sum((x / sd) ** 2 + np.log(2.0 * np.pi * sd**2)))
 
 
 def no_gap_evidence(residual: Residual) -> float:

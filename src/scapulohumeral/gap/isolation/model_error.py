@@ -87,6 +87,8 @@ def change_error(
         covariance = factors @ factors.T
         for kind in residual.kinds:
             size = SHAPE_ERROR[kind.name] * relative
+            if size == 0.0:
+                continue
             mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
             if mean_square > 0.0:
                 covariance += size**2 * mean_square * SHAPE_SHARED * kind.shared

@@ -41,9 +41,12 @@ def expected_movement_left(same: Residual, other: Residual, training: Residual) 
     """Covariance of what :func:`predicted_movement` leaves of tasks not trained on."""
     rows = other.rows(training.tasks)
     rest = np.setdiff1d(np.arange(len(other.delta)), rows)
-    factor = cho_factor(other.covariance[np.ix_(rows, rows)], lower=True)
-    across = (other.covariance - same.covariance)[np.ix_(rest, rows)]
-    return other.covariance[np.ix_(rest, rest)] - across @ cho_solve(factor, across.T)
+    trained = other.covariance[np.ix_(rows, rows)]
+    movement = (other.covariance - same.covariance)[np.ix_(rest, rows)]
+    gain = cho_solve(cho_factor(trained, lower=True), movement.T).T
+    # Tasks share what sessions change, too, which is not predicted.
+    shared = gain @ other.covariance[np.ix_(rows, rest)]
+    return other.covariance[np.ix_(rest, rest)] + gain @ trained @ gain.T - shared - shared.T
 
 
 def movement_fit(residuals: Mapping[float, Residual], log_evidence: float) -> Fit:

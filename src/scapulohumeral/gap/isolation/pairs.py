@@ -44,7 +44,9 @@ def paired(
             if both.label not in found:
                 joint = fit(both, residual, relative_error)
                 mimicked = max(_mimicked(f, nothing, relative_error) for f in (leader, other))
-                found[both.label] = replace(joint, log_evidence=joint.log_evidence - mimicked)
+                found[both.label] = replace(
+                    joint, log_evidence=joint.log_evidence - mimicked, mimicked=mimicked
+                )
     return list(found.values())
 
 

@@ -76,7 +76,7 @@ def test_bank_of_other_settings_is_refused(tmp_path):
     found, reason = read_bank(path, SETTINGS)
     assert (found.cases, found.probes, reason) == (rows, (STORED,), "")
     # What follows the tests does not matter.
-    assert read_bank(path, replace(SETTINGS, temperature=7.0, refits=0))[0] == found
+    assert read_bank(path, replace(SETTINGS, calibration="gap/other.json", refits=0))[0] == found
     found, reason = read_bank(path, replace(SETTINGS, alpha=0.01))
     assert found is None
     assert "other code or settings" in reason

@@ -32,7 +32,7 @@ def found(peak):
 
 def residual():
     size = len(NAMES) * 4
-    return Residual(np.zeros(size), np.eye(size), np.eye(size), FUNCTIONS, ("a",), NAMES, 5)
+    return Residual(np.zeros(size), np.eye(size), np.eye(size), FUNCTIONS, ("a",), NAMES, (5.0,))
 
 
 def test_regions_above_the_threshold_of_the_map_are_certain():

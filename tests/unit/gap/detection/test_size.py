@@ -39,7 +39,7 @@ def drawn(rng, true_size, trials, tasks=("a", "b"), reference=True, spread=0.7):
         functions=FUNCTIONS,
         tasks=tasks,
         channels=NAMES,
-        degrees=5,
+        degrees=(5.0,) * len(tasks),
     )
     both = [dict(zip(tasks, side, strict=True)) for side in (test, other)]
     return there, both if reference else both[:1]
@@ -112,7 +112,9 @@ def test_sides_hold_the_trials_of_the_tasks_compared():
     anchors = {task: mean(trials) for task, trials in reference.items()}
     records = Records(test, reference, anchors, SensorSetup(CHANNELS, np.eye(2), False), NAMES)
     identity = np.eye(2 * PER_TASK)
-    there = Residual(np.zeros(2 * PER_TASK), identity, identity, FUNCTIONS, ("a", "b"), NAMES, 5)
+    there = Residual(
+        np.zeros(2 * PER_TASK), identity, identity, FUNCTIONS, ("a", "b"), NAMES, (5.0,) * 2
+    )
     first, second = sides(there, records)
     assert {task: c.shape for task, c in first.items()} == {"a": (3, PER_TASK), "b": (2, PER_TASK)}
     assert set(second) == {"a", "b"}

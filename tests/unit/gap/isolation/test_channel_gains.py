@@ -35,7 +35,7 @@ def hypothesis(effect, seed):
 def residual(delta):
     functions = phase_functions(NODES, PHASES)
     noise = np.eye(SIZE)
-    return Residual(delta, noise, noise, functions, TASKS, KINEMATIC_CHANNELS, 8)
+    return Residual(delta, noise, noise, functions, TASKS, KINEMATIC_CHANNELS, (8.0,) * 2)
 
 
 @pytest.fixture

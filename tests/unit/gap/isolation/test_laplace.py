@@ -16,6 +16,7 @@ from made_up_hypotheses import (
     noise,
     residual,
 )
+from scipy.stats import multivariate_normal
 
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
@@ -59,6 +60,56 @@ def amplitude_misses(relative_error):
         found = fit(h, residual(drawn(h.slope @ [1.2], relative_error, seed)), relative_error)
         misses.append((found.x[0] - 1.2) / np.sqrt(found.covariance[0, 0]))
     return np.array(misses)
+
+
+@pytest.fixture(name="loud")
+def _loud():
+    """A difference whose covariance is neither diagonal nor of volume one."""
+    root = np.random.default_rng(8).normal(size=(SIZE, SIZE))
+    covariance = 0.05 * root @ root.T + 0.3 * np.eye(SIZE)
+    delta = np.linalg.cholesky(covariance) @ noise(9)
+    return replace(residual(delta), covariance=covariance, noise=0.5 * covariance)
+
+
+def test_evidence_of_no_gap_is_the_density_of_the_difference(loud):
+    expected = multivariate_normal(np.zeros(SIZE), loud.covariance).logpdf(loud.delta)
+    assert no_gap_evidence(loud) == pytest.approx(expected)
+    assert loud.log_volume == pytest.approx(0.5 * np.linalg.slogdet(loud.covariance)[1])
+
+
+def test_evidence_of_an_effect_is_the_density_integrated_over_its_prior(loud):
+    """Inside of its bounds; an amplitude of one sign only has twice the prior density."""
+    h = hypothesis(DAMPING, 1, size=0.5)
+    there = replace(loud, delta=loud.delta + h.slope @ [1.2])
+    slope = h.slope * h.prior_sd
+    density = multivariate_normal(np.zeros(SIZE), there.covariance + slope @ slope.T)
+    assert h.bounds[0][0] == 0.0
+    expected = density.logpdf(there.delta) + np.log(2.0)
+    assert fit(h, there, 0.0).log_evidence == pytest.approx(expected)
+
+
+def test_evidence_knows_the_error_of_a_prediction(loud):
+    """With the error that the fitted amplitude has, as part of the covariance."""
+    h = hypothesis(DAMPING, 1, size=0.5)
+    there = replace(loud, delta=loud.delta + h.slope @ [1.2])
+    found = fit(h, there, 0.3)
+    root = np.linalg.cholesky(there.covariance)
+    error = np.linalg.inv(h.error(found.x, there, 0.3).solve(np.eye(SIZE)))
+    slope = h.slope * h.prior_sd
+    whole = root @ error @ root.T + slope @ slope.T
+    expected = multivariate_normal(np.zeros(SIZE), 0.5 * (whole + whole.T)).logpdf(there.delta)
+    assert found.log_evidence == pytest.approx(expected + np.log(2.0), abs=0.02)
+
+
+def test_evidence_of_smooth_forces_is_a_mean_of_densities(loud):
+    box = np.random.default_rng(4).normal(size=(SIZE, 5))
+    sizes = (0.3, 3.0)
+    logs = [
+        multivariate_normal(np.zeros(SIZE), loud.covariance + s**2 * box @ box.T).logpdf(loud.delta)
+        for s in sizes
+    ]
+    expected = np.logaddexp(*logs) - np.log(2.0)
+    assert unknown_input_evidence(loud, box, sizes) == pytest.approx(expected)
 
 
 def test_amplitudes_are_those_of_the_data_alone():

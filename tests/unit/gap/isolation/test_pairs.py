@@ -11,6 +11,7 @@ from scapulohumeral.gap.isolation.empirical_bayes import _density
 from scapulohumeral.gap.isolation.hypothesis import pair
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.pairs import PARTNERS, paired
+from scapulohumeral.gap.isolation.suppositions import Supposition
 
 pytestmark = pytest.mark.unit
 
@@ -82,13 +83,13 @@ def test_what_one_of_two_effects_leaves_is_no_change_of_session():
 
 
 def density(there, hypotheses):
-    singles = [fit(h, there, ERROR) for h in hypotheses]
+    singles = tuple(fit(h, there, ERROR) for h in hypotheses)
     labels = [f.label for f in singles]
     prior = {**dict.fromkeys(labels, 0.05), " + ".join(sorted(labels)): 0.001}
     return _density(
         SimpleNamespace(
-            residual=there,
-            screened=singles,
+            residuals={0.0: there},
+            fits={Supposition(1.0, 0.0): singles},
             prior=prior,
             unknown_inputs=SimpleNamespace(columns=noise(9)[:, None]),
             settings=SimpleNamespace(prior_none=0.1, prior_no_gap=0.2, signature_error=ERROR),

@@ -43,8 +43,8 @@ def weakened(quaternion_equations):
     nothing = np.zeros(0)
     of_task = TaskSignatures(
         task="t", anchor=anchor, nominal=local.observed, point=point, effects=((slope,),),
-        posture=nothing, session=nothing, followed=(), followed_session=nothing, slack=nothing,
-        levers=nothing, needed=nothing, drive=move.drive,
+        intended=nothing, posture=nothing, session=nothing, followed=(), followed_session=nothing,
+        slack=nothing, levers=nothing, needed=nothing, drive=move.drive,
     )  # fmt: skip
     weak = WEAK.apply(move.body, np.array([LEFT, FIBRES_LEFT]))
     x = move.trajectory(move.solved(weak, point, 300))
@@ -60,7 +60,7 @@ def screened(of_task, change):
     covariance = np.diag(np.repeat(scale**2, 6))
     residual = Residual(
         (functions.T @ change).T.ravel(), covariance, covariance, functions, ("t",),
-        (*KINEMATIC_CHANNELS, *CHANNELS), 8,
+        (*KINEMATIC_CHANNELS, *CHANNELS), (8.0,),
     )  # fmt: skip
     slope = residual.compress([of_task.effects[0][0]])
     hypothesis = Hypothesis((WEAK,), np.zeros(2), np.zeros((72, 1)), slope, 1.0)

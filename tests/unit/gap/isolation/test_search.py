@@ -1,109 +1,228 @@
-"""Of a person whose stiffness cannot be told, each effect is solved again with every likely one."""
+"""Every effect is fitted under each supposition of the person; the strongest are solved again."""
 
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_hypotheses import DAMPING, MASS, hypothesis, noise, residual
+from gap_movement import SETTINGS as USUAL
+from made_up_hypotheses import DAMPING, EFFECTS, MASS, SIZE, hypothesis, noise, residual
+from scipy.special import logsumexp
 
-from scapulohumeral.gap.isolation import empirical_bayes as evidence_module
-from scapulohumeral.gap.isolation import search
-from scapulohumeral.gap.isolation.empirical_bayes import CLOSE, Evidence, _Tried, most_probable
-from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.isolation import empirical_bayes, search
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence, of_person, others_of
+from scapulohumeral.gap.isolation.hypothesis import strongest
+from scapulohumeral.gap.isolation.laplace import no_gap_evidence
 from scapulohumeral.gap.isolation.pairs import paired
-from scapulohumeral.gap.isolation.search import fit_all
+from scapulohumeral.gap.isolation.search import fit_all, screened_only
+from scapulohumeral.gap.isolation.suppositions import Supposition, integrated, supposed
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
 
 pytestmark = pytest.mark.unit
 
 ERROR = 0.05
-LOOSE = [hypothesis(DAMPING, 1), hypothesis(MASS, 2)]
-FIRM = [replace(h, stiffness=10.0) for h in LOOSE]
-THERE = residual(LOOSE[0].slope @ [2.0] + noise(1))
-SETTINGS = SimpleNamespace(short_list=1, signature_error=ERROR)
+GAIN = EFFECTS["measurement/emg_gain/EMG_a"]
+LOOSE = (hypothesis(DAMPING, 1), hypothesis(MASS, 2), hypothesis(GAIN, 3))
+FIRM = tuple(replace(h, stiffness=10.0) if h.effects[0].changes_body else h for h in LOOSE)
+SAME = residual(LOOSE[0].slope @ [2.0] + noise(1))
+SETTINGS = replace(USUAL, short_list=1, signature_error=ERROR)
+COLUMNS = np.random.default_rng(6).normal(size=(SIZE, 4))
 
 
-def bare(**known):
+def supposed_residuals(same=SAME):
+    moved = same.covariance + np.diag(np.linspace(0.0, 0.5, SIZE))
+    return {0.0: same, 6.0: replace(same, covariance=moved, moved_deg=6.0)}
+
+
+def bare(same=SAME, **known):
     """What fits are made of, and nothing of the movements."""
-    nothing = {
+    labels = [h.label for h in LOOSE]
+    pairs = [" + ".join(sorted((a, b))) for i, a in enumerate(labels) for b in labels[:i]]
+    start = {
+        "residuals": supposed_residuals(same),
+        "cautious": same,
+        "trials": (),
         "noise": None,
-        "effects": (),
+        "effects": tuple(h.effects[0] for h in LOOSE),
+        "prior": {**dict.fromkeys(labels, 0.1), **dict.fromkeys(pairs, 0.01)},
         "sensors": None,
         "signatures": (),
-        "unknown_inputs": None,
-    }
-    start = {
-        "prior": {},
-        "fits_by_stiffness": (),
-        "trials": (),
-        "session_share": 1.0,
+        "unknown_inputs": SimpleNamespace(columns=COLUMNS),
         "referenced": True,
+        "session_share": 1.0,
+        "settings": SETTINGS,
+        "known": {1.0: LOOSE, 10.0: FIRM},
+        "fits": {},
     }
-    return Evidence(residual=THERE, settings=SETTINGS, **{**nothing, **start, **known})
+    found = Evidence(**{**start, **known})
+    return empirical_bayes._with_fits(found, found.suppositions)
 
 
 @pytest.fixture
 def evidence():
-    fits_by_stiffness = tuple(tuple(fit(h, THERE, ERROR) for h in known) for known in (LOOSE, FIRM))
-    singles = [f.label for f in fits_by_stiffness[0]]
-    prior = {**dict.fromkeys(singles, 0.1), " + ".join(sorted(singles)): 0.01}
-    return bare(fits_by_stiffness=fits_by_stiffness, prior=prior)
+    return bare()
 
 
-def solving(monkeypatch, better):
-    """Solves again with so much more evidence by stiffness; None where it fails."""
+def solving(monkeypatch, gain):
+    """Solves again with so much more evidence; None where it fails."""
+    asked = []
 
-    def refit_or_keep(first, *_):
-        gain = better[first.hypothesis.stiffness]
-        return None if gain is None else replace(first, log_evidence=first.log_evidence + gain)
+    def refit_or_keep(first, residual_, *_):
+        asked.append((first.label, *supposed(first), residual_.moved_deg))
+        if gain is None:
+            return None
+        own = empirical_bayes.fit(first.hypothesis, residual_, ERROR)
+        return own.with_evidence(own.log_evidence + gain)
 
     monkeypatch.setattr(search, "_refit_or_keep", refit_or_keep)
+    return asked
 
 
-@pytest.mark.parametrize(("better", "stiffness"), [((5.0, 9.0), 10.0), ((9.0, 5.0), 1.0)])
-def test_the_stiffness_that_explains_more_once_solved_again_counts(
-    evidence, monkeypatch, better, stiffness
-):
-    solving(monkeypatch, dict(zip((1.0, 10.0), better, strict=True)))
-    found = {f.label: f for f in fit_all(evidence, None, 1, [])}
-    winner = found["body/joint_damping/GH"]
-    assert winner.hypothesis.stiffness == stiffness
-    assert winner.log_evidence == evidence.screened[0].log_evidence + 9.0
+def test_effects_are_fitted_under_all_suppositions_but_records_once(evidence):
+    assert set(evidence.fits) == {Supposition(f, s) for f in (1.0, 10.0) for s in (0.0, 6.0)}
+    for one, fits in evidence.fits.items():
+        labels = [f.label for f in fits]
+        body = [DAMPING.label, MASS.label]
+        assert labels == (body if one.stiffness > 1.0 else [*body, GAIN.label])
+        for f in fits:
+            assert supposed(f) == one
+            residual_ = evidence.residuals[one.moved_deg]
+            assert (
+                f.log_evidence == empirical_bayes.fit(f.hypothesis, residual_, ERROR).log_evidence
+            )
+        person = of_person(evidence.fits, one)
+        assert sorted(f.label for f in person) == sorted([*body, GAIN.label])
+        assert {f.moved_deg for f in person} == {one.moved_deg}
+
+
+def test_screened_effects_are_integrated(evidence):
+    every = [f for fits in evidence.fits.values() for f in fits]
+    expected = integrated(every, evidence.suppositions)
+    found = screened_only(evidence)
+    assert [f.label for f in found.integrated] == [f.label for f in expected]
+    assert [f.log_evidence for f in found.integrated] == [f.log_evidence for f in expected]
+    assert set(found.every) == set(every)
+
+
+@pytest.mark.parametrize(("gain", "counts"), [(9.0, True), (-9.0, False)])
+def test_a_new_solution_counts_only_with_more_evidence(evidence, monkeypatch, gain, counts):
+    """It replaces the derivative under the supposition that it was solved with, and no other."""
+    [first] = strongest(evidence.screened, evidence.prior, 1)
+    asked = solving(monkeypatch, gain)
+    found = fit_all(evidence, None, 1, [])
+    assert asked == [(DAMPING.label, *supposed(first), first.moved_deg)]
+    before = {
+        supposed(f): f.log_evidence
+        for fits in evidence.fits.values()
+        for f in fits
+        if f.label == DAMPING.label
+    }
+    after = {supposed(f): f.log_evidence for f in found.every if f.label == DAMPING.label}
+    before[supposed(first)] += gain if counts else 0.0
+    assert after == pytest.approx(before)
+    [whole] = [f for f in found.integrated if f.label == DAMPING.label]
+    assert supposed(whole) == supposed(first)
+    [expected] = integrated(
+        [f for f in found.every if f.label == DAMPING.label], evidence.suppositions
+    )
+    assert whole.log_evidence == expected.log_evidence
+
+
+def test_an_effect_that_cannot_be_solved_is_a_linear_estimate_and_said_so(evidence, monkeypatch):
+    solving(monkeypatch, None)
+    warnings = []
+    found = fit_all(evidence, None, 1, warnings)
+    assert warnings == [f"{DAMPING.label}: not solved again; its amplitude is a linear estimate"]
+    kept = {f.label: f.log_evidence for f in found.integrated}
+    screened = {f.label: f.log_evidence for f in evidence.screened}
+    assert {label: kept[label] for label in screened} == pytest.approx(screened)
+
+
+def test_what_predicts_nothing_is_not_solved_again(monkeypatch):
+    asked = solving(monkeypatch, 9.0)
+    fit_all(bare(residual(np.zeros(SIZE))), None, 1, [])
+    assert asked == []
+
+
+def test_without_reference_trials_errors_of_the_record_are_not_solved_again(monkeypatch):
+    """The prediction follows them: they are small, so linear."""
+    same = residual(LOOSE[2].slope @ np.ones(LOOSE[2].slope.shape[1]) + noise(1))
+    for referenced, expected in ((True, [GAIN.label]), (False, [])):
+        asked = solving(monkeypatch, 9.0)
+        fit_all(bare(same, referenced=referenced), None, 1, [])
+        assert [label for label, *_ in asked] == expected
 
 
 def test_effects_that_are_paired_act_on_one_person(evidence, monkeypatch):
+    """Also those of different parameters; a pair on the record is looked for once."""
     seen = []
 
     def both(singles, *rest):
-        seen.append({f.hypothesis.stiffness for f in singles})
+        body = {f.hypothesis.stiffness for f in singles if f.hypothesis.effects[0].changes_body}
+        seen.append((*body, *{f.moved_deg for f in singles}))
+        assert rest[1].moved_deg == singles[0].moved_deg
+        assert len(singles) == len(LOOSE)
         return paired(singles, *rest)
 
     monkeypatch.setattr(search, "paired", both)
-    solving(monkeypatch, {1.0: 5.0, 10.0: 9.0})
-    fit_all(evidence, None, 1, [])
-    assert seen == [{1.0}, {10.0}]
-
-
-@pytest.mark.parametrize(("better", "count"), [((None, 9.0), 0), ((None, None), 1)])
-def test_an_effect_that_is_solved_for_one_person_is_no_linear_estimate(
-    evidence, monkeypatch, better, count
-):
-    solving(monkeypatch, dict(zip((1.0, 10.0), better, strict=True)))
-    warnings = []
-    fit_all(evidence, None, 1, warnings)
-    assert len(warnings) == count
-
-
-@pytest.mark.parametrize(("behind", "kept"), [(0.9 * CLOSE, [1.0, 10.0]), (1.1 * CLOSE, [1.0])])
-def test_a_stiffness_that_is_nearly_as_probable_is_kept(monkeypatch, behind, kept):
-    def tried(found, hypotheses, session, error):
-        density = 0.0 if hypotheses[0].stiffness == 1.0 else -behind
-        fits_by_stiffness = (tuple(fit(h, THERE, ERROR) for h in hypotheses),)
-        return _Tried(
-            density, replace(found, session_share=session, fits_by_stiffness=fits_by_stiffness)
+    monkeypatch.setattr(search, "CLOSE", np.inf)
+    solving(monkeypatch, 5.0)
+    found = fit_all(evidence, None, 1, [])
+    assert sorted(seen) == [(1.0, 0.0), (1.0, 6.0), (10.0, 0.0), (10.0, 6.0)]
+    pairs = [f for f in found.every if " + " in f.label]
+    for label in {f.label for f in pairs}:
+        assert sorted(supposed(f) for f in pairs if f.label == label) == sorted(
+            evidence.suppositions
         )
 
-    monkeypatch.setattr(evidence_module, "_tried", tried)
-    found = most_probable(bare(), {1.0: tuple(LOOSE), 10.0: tuple(FIRM)})
-    assert [fits[0].hypothesis.stiffness for fits in found.fits_by_stiffness] == kept
-    assert np.isfinite([f.log_evidence for fits in found.fits_by_stiffness for f in fits]).all()
+
+def test_pairs_are_looked_for_under_probable_suppositions_only(evidence, monkeypatch):
+    solving(monkeypatch, 0.0)
+    best = {
+        one: max(f.log_evidence for f in of_person(evidence.fits, one)) for one in evidence.fits
+    }
+    kept = {one for one, log in best.items() if log > max(best.values()) - search.CLOSE}
+    assert 0 < len(kept) < len(best)
+    found = fit_all(evidence, None, 1, [])
+    assert {supposed(f) for f in found.every if " + " in f.label} == kept
+
+
+def test_what_is_no_effect_is_integrated_over_other_movements():
+    """No gap supposes the same movement, another one any size of it, the rest either."""
+    residuals = {**supposed_residuals(), 18.0: replace(SAME, covariance=2.0 * SAME.covariance)}
+    found = others_of(residuals, COLUMNS)
+    nothing = {size: no_gap_evidence(one) for size, one in residuals.items()}
+    smooth = {size: unknown_input_evidence(one, COLUMNS) for size, one in residuals.items()}
+    assert found[NO_GAP] == nothing[0.0]
+    assert found[MOVED] == pytest.approx(logsumexp([nothing[6.0], nothing[18.0]]) - np.log(2.0))
+    weights = np.log([0.5, 0.25, 0.25])
+    assert found[NONE] == pytest.approx(logsumexp(np.array(list(smooth.values())) + weights))
+    assert MOVED not in others_of({0.0: SAME}, COLUMNS)
+    assert others_of({0.0: SAME}, COLUMNS)[NONE] == pytest.approx(smooth[0.0])
+
+
+@pytest.mark.parametrize(("scale", "share"), [(1.0, 1.0), (0.5, 0.5), (0.25, 0.25)])
+def test_sessions_change_as_much_as_is_most_probable(monkeypatch, scale, share):
+    """Signature errors and other movements are asked for beside; the cautious comparison is not."""
+    noise_ = 0.01 * np.eye(SIZE)
+    delta = scale * np.random.default_rng(30).normal(size=SIZE)
+    same = replace(residual(delta), covariance=noise_, noise=noise_)
+
+    def total(noise__, signatures, functions, model, share_):
+        assert model is None
+        return noise__ + share_**2 * np.eye(len(noise__))
+
+    monkeypatch.setattr(empirical_bayes, "total_covariance", total)
+    monkeypatch.setattr(
+        empirical_bayes, "other_movement", lambda base, *_: np.ones((SIZE, SIZE)) / SIZE
+    )
+    monkeypatch.setattr(empirical_bayes, "SIZES_DEG", (6.0,))
+    found = empirical_bayes.most_probable(bare(same, residuals={0.0: same}))
+    assert found.session_share == share
+    np.testing.assert_allclose(np.diag(found.residual.covariance), 0.01 + share**2)
+    np.testing.assert_allclose(np.diag(found.cautious.covariance), 1.01)
+    assert set(found.residuals) == {0.0, 6.0}
+    moved = found.residuals[6.0].covariance - found.residual.covariance
+    np.testing.assert_allclose(moved, 36.0 / SIZE, atol=1e-9)
+    assert set(found.fits) == set(found.suppositions)

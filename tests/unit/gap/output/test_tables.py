@@ -2,6 +2,7 @@
 
 import base64
 import io
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -50,7 +51,7 @@ def residual():
     delta = np.zeros((len(TASKS), len(NAMES), len(SHAPE)))
     delta[:, CHANNEL] = SHAPE * [[1.0], [2.0]]
     covariance = NOISE**2 * np.eye(delta.size)
-    return Residual(delta.ravel(), covariance, covariance, FUNCTIONS, TASKS, NAMES, 5)
+    return Residual(delta.ravel(), covariance, covariance, FUNCTIONS, TASKS, NAMES, (5.0, 5.0))
 
 
 def fitted(label, there):
@@ -246,12 +247,14 @@ def test_amplitudes_have_their_interval_in_their_own_unit(there):
 
 
 def test_factors_belong_to_their_effect_and_channel(there):
-    one, other = fitted(DAMPING, there), fitted(GAIN_A, there)
-    table = factors_table(there, [one, other], ERROR)
+    """They are those under the movement that the effect supposes."""
+    moved = replace(there, covariance=4.0 * there.covariance, moved_deg=6.0)
+    one, other = fitted(DAMPING, moved), fitted(GAIN_A, there)
+    table = factors_table({0.0: there, 6.0: moved}, [one, other], ERROR)
     assert tuple(table.columns) == TABLES["factors"]
     assert len(table) == 2 * len(NAMES)
     own = table[table["label"] == DAMPING].set_index("channel")["factor"]
-    [expected] = gain_factors(one, there, ERROR)
+    [expected] = gain_factors(one, moved, ERROR)
     np.testing.assert_allclose(own[list(NAMES)], expected)
     assert own[NAMES[CHANNEL]] != pytest.approx(own["EMG_b"], rel=1e-6)
     assert set(table[table["label"] == GAIN_A]["factor"]) == {1.0}

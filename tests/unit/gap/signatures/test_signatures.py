@@ -68,7 +68,7 @@ def test_posture_derivative_agrees_with_tracking_another_motion(local):
         x = other.trajectory(other.solved(other.body, local.point, 200))
         records.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
     expected = difference(*records) / 0.4
-    found = local.posture()[ELBOW * SMOOTH]
+    found = local.intended(SMOOTH)[ELBOW, 0]
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
 
 
@@ -131,7 +131,8 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
     none = np.zeros(0)
     of_task = TaskSignatures(
         task="t", anchor=small_record(), nominal=small_record(), point=local.point,
-        effects=((wrong,), (2.0 * wrong,)), posture=none, session=wrong, followed=(followed,),
+        effects=((wrong,), (2.0 * wrong,)), intended=none, posture=none, session=wrong,
+        followed=(followed,),
         followed_session=0.5 * followed, slack=none, levers=none, needed=none,
         drive=local.move.drive,
     )  # fmt: skip

@@ -1,0 +1,151 @@
+"""Probabilities: weights of evidence, limits, and what is kept back in case evidence misleads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scapulohumeral.gap.verdict.posterior import (
+    COVERAGE,
+    UNDECIDED,
+    UNPROVEN,
+    Posterior,
+    Score,
+    credible_set,
+    no_gap_range,
+    posterior,
+)
+from scapulohumeral.gap.weighing import Weighing
+
+pytestmark = pytest.mark.unit
+
+PLAIN = Weighing(
+    evidence=1.0,
+    held_out=0.0,
+    unknown=1.0,
+    misled=0.0,
+    silent=0.8,
+    silent_motion=0.6,
+    silent_alone=0.7,
+)
+FREE = (0.0, 1.0)
+PRIOR = {"a": 0.3, "b": 0.4, "a + b": 0.01, "none": 0.1, "no_gap": 0.2}
+
+
+def scores(predictive=None, **evidence):
+    """Of the labels in `PRIOR`, with log evidence 0 unless told."""
+    logs = {**dict.fromkeys(PRIOR, 0.0), **evidence}
+    told = (
+        dict.fromkeys(PRIOR) if predictive is None else {**dict.fromkeys(PRIOR, 0.0), **predictive}
+    )
+    return {name: Score(float(np.log(p)), logs[name], told[name]) for name, p in PRIOR.items()}
+
+
+def total(found):
+    return sum(found.labels.values()) + found.none + found.no_gap
+
+
+def test_without_evidence_all_is_as_before():
+    found = posterior(scores(), PLAIN, FREE)
+    whole = sum(PRIOR.values())
+    for label in ("a", "b", "a + b"):
+        assert found.labels[label] == pytest.approx(PRIOR[label] / whole)
+    assert found.no_gap == pytest.approx(PRIOR["no_gap"] / whole)
+    assert found.none == pytest.approx(PRIOR["none"] / whole)
+    assert found.first == "b"
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.3])
+def test_evidence_counts_by_its_weight(weight):
+    found = posterior(scores(a=7.0, b=2.0), replace(PLAIN, evidence=weight), FREE)
+    odds = np.log(found.labels["a"] / found.labels["b"])
+    assert odds == pytest.approx(np.log(0.3 / 0.4) + weight * 5.0)
+
+
+def test_tasks_that_were_left_out_count_by_a_weight_of_their_own():
+    weighing = replace(PLAIN, evidence=0.2, held_out=0.5)
+    told = scores({"a": -3.0, "b": 1.0}, a=7.0, b=2.0)
+    found = posterior(told, weighing, FREE)
+    odds = np.log(found.labels["a"] / found.labels["b"])
+    assert odds == pytest.approx(np.log(0.3 / 0.4) + 0.2 * 5.0 - 0.5 * 4.0)
+
+
+def test_with_one_task_all_weight_is_that_of_its_evidence():
+    weighing = replace(PLAIN, evidence=0.2, held_out=0.5)
+    found = posterior(scores(a=7.0, b=2.0), weighing, FREE)
+    odds = np.log(found.labels["a"] / found.labels["b"])
+    assert odds == pytest.approx(np.log(0.3 / 0.4) + 0.7 * 5.0)
+    assert weighing.temperature == pytest.approx(1.0 / 0.7)
+
+
+@pytest.mark.parametrize("better", [90.0, 9000.0])
+def test_smooth_forces_alone_do_not_outweigh_a_cause(better):
+    """They follow any gap, also one whose cause the model predicts poorly."""
+    weighing = replace(PLAIN, unknown=0.33)
+    found = posterior(scores(a=50.0, none=50.0 + better), weighing, (0.0, UNDECIDED))
+    assert found.none == pytest.approx(0.33)
+    assert found.labels["a"] == pytest.approx(0.67)
+    assert total(found) == pytest.approx(1.0)
+    less = posterior(scores(a=50.0, none=48.0), weighing, (0.0, UNDECIDED))
+    assert less.none == pytest.approx(0.1 / (0.1 + 0.3 * np.exp(2.0)), rel=1e-6)
+
+
+@pytest.mark.parametrize("evidence", [-300.0, -3.0, 3.0, 300.0])
+def test_no_gap_stays_inside_of_its_range(evidence):
+    told = scores(no_gap=evidence)
+    free = posterior(told, PLAIN, FREE).no_gap
+    for low, high in ((0.0, UNDECIDED), (0.6, 0.9)):
+        found = posterior(told, PLAIN, (low, high))
+        assert found.no_gap == pytest.approx(min(max(free, low), high))
+        assert total(found) == pytest.approx(1.0)
+        # The test for a gap says nothing of which cause it is.
+        assert found.labels["a"] / found.labels["b"] == pytest.approx(0.3 / 0.4)
+
+
+@pytest.mark.parametrize(
+    ("present", "referenced", "told", "expected"),
+    [
+        (True, True, True, (0.0, UNDECIDED)),
+        (True, False, False, (0.0, UNDECIDED)),
+        (False, True, True, (0.8, 1.0)),
+        (False, True, False, (0.6, 1.0)),
+        (False, False, True, (0.7, 1.0)),
+        (False, False, False, (0.7, 1.0)),
+    ],
+)
+def test_where_no_gap_is_found_there_is_as_probably_none_as_was_seen(
+    present, referenced, told, expected
+):
+    assert no_gap_range(present, referenced, told, PLAIN) == expected
+
+
+def test_evidence_may_mislead():
+    """A share of all but no gap goes back to what was believed: nothing of it to pairs."""
+    told, weighing = scores(a=50.0), replace(PLAIN, misled=0.2)
+    sure, found = (posterior(told, w, (0.1, 0.1)) for w in (PLAIN, weighing))
+    believed = PRIOR["a"] + PRIOR["b"] + PRIOR["none"]
+    assert sure.labels["a"] == pytest.approx(0.9)
+    assert found.no_gap == pytest.approx(0.1)
+    assert found.labels["a"] == pytest.approx(0.9 * (0.8 + 0.2 * PRIOR["a"] / believed))
+    assert found.labels["b"] == pytest.approx(0.9 * 0.2 * PRIOR["b"] / believed)
+    assert found.none == pytest.approx(0.9 * 0.2 * PRIOR["none"] / believed)
+    assert found.labels["a + b"] == pytest.approx(0.0, abs=1e-12)
+    assert total(found) == pytest.approx(1.0)
+
+
+def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():
+    found = Posterior({"a": 0.8, "b": 0.1}, none=0.06, no_gap=0.04)
+    doubted = found.doubted("a")
+    assert doubted.labels == pytest.approx({"a": UNPROVEN, "b": 0.1})
+    assert doubted.none == pytest.approx(0.06 + 0.8 - UNPROVEN)
+    assert total(doubted) == pytest.approx(1.0)
+    assert found.doubted("b") == found
+
+
+def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
+    found = Posterior({"a": 0.5, "b": 0.04, "c": 0.17}, none=0.25, no_gap=0.04)
+    assert credible_set(found) == ("a", "none", "c")
+    assert 0.5 + 0.25 < COVERAGE < 0.5 + 0.25 + 0.17
+    assert credible_set(Posterior({"a": 0.95}, none=0.05, no_gap=0.0)) == ("a",)
+    alone = Posterior({"a": 0.21, "b": 0.08}, none=0.0, no_gap=0.71)
+    assert credible_set(alone) == ("no_gap", "a")

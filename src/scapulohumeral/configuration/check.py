@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.fields import Section
 from scapulohumeral.configuration.sections import StudyConfig
+from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.provenance import CONFIG_FOLDER
 
@@ -22,6 +23,7 @@ from scapulohumeral.provenance import CONFIG_FOLDER
 STUDY = CONFIG_FOLDER / "config.yaml"
 BLIND = CONFIG_FOLDER / "gap" / "blind.yaml"
 BENCH = CONFIG_FOLDER / "bench.yaml"
+SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
 
 LONGEST_EXAMPLE = 200
 # How the library begins to say what it expects.
@@ -62,6 +64,11 @@ def read_blind(path: Path = BLIND) -> BlindBenchmark:
 def read_bench(path: Path = BENCH) -> SolverBenchmark:
     """How the solver is measured."""
     return checked(SolverBenchmark, read_yaml(path), f"{path}, ", BENCH)
+
+
+def read_sensitivity(path: Path = SENSITIVITY) -> Sensitivity:
+    """What is changed in one prediction to see how far it depends on it."""
+    return checked(Sensitivity, read_yaml(path), f"{path}, ", SENSITIVITY)
 
 
 def read_yaml(path: Path) -> Any:

@@ -13,7 +13,7 @@ from scapulohumeral.report.coordination import Cases
 from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.prediction import figures as prediction_figures
-from scapulohumeral.report.prediction import ladder
+from scapulohumeral.report.prediction import ladder, literature, sensitivity
 from scapulohumeral.report.prediction import loading as loading_figures
 from scapulohumeral.report.prediction import moments as moment_figures
 from scapulohumeral.report.prediction import tables as prediction_tables
@@ -65,6 +65,8 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "starts": prediction_tables.starts(coordination),
         "stability": prediction_tables.stability(coordination),
         "ladder": ladder_content(study),
+        "sensitivity": sensitivity_content(study),
+        "measured": measured_content(study),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
     }
@@ -92,6 +94,26 @@ def ladder_content(study: Study) -> dict[str, Any] | None:
     if table.empty:
         return None
     return {"figure": ladder.ladder_figure(table), "rows": ladder.ladder_rows(table)}
+
+
+def sensitivity_content(study: Study) -> dict[str, Any] | None:
+    """Tornado and table of the sensitivity, None if it was not computed."""
+    table = study.coordination.sensitivity
+    if table.empty:
+        return None
+    return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
+
+
+def measured_content(study: Study) -> dict[str, Any]:
+    """Moment arms and joint forces beside published measurements, where the study has both."""
+    coordination = study.coordination
+    files, judged = coordination.files, coordination.judged
+    return {
+        "arms": literature.moment_arms(study, files.moment_arms[0]) if files.moment_arms else None,
+        "forces": literature.joint_forces(judged.recording, files.joint_force[0])
+        if files.joint_force and judged
+        else None,
+    }
 
 
 def gap_chapter(study: Study) -> dict[str, Any] | None:

@@ -92,3 +92,45 @@ rule sensitivity:
         "What weights, mesh and start change: reports/sensitivity.csv"
     shell:
         "cp {input.table} reports/sensitivity.csv 2> {log.python}"
+
+
+rule solve_static_postures:
+    input:
+        participant=PARTICIPANT_FILE,
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        calibration="results/calibration/{participant}_scalers.json",
+        tracked=tracked_elevations,
+        code=code_of("scapulohumeral.stages.checks.static_postures"),
+    output:
+        table="results/sensitivity/{participant}_postures.csv",
+    log:
+        python="results/logs/solve_static_postures/{participant}.python.log",
+    benchmark:
+        "results/benchmarks/solve_static_postures/{participant}.jsonl"
+    params:
+        weights=lookup(within=config, dpath="weights/prediction"),
+        w_gh=lookup(within=config, dpath="prediction/conditions/healthy/w_gh"),
+    threads: 1
+    message:
+        "Static postures of participant {wildcards.participant}"
+    script:
+        "../scripts/solve_static_postures.py"
+
+
+rule static_postures:
+    input:
+        tables=expand(
+            "results/sensitivity/{participant}_postures.csv",
+            participant=config["participants"],
+        ),
+    log:
+        python="results/logs/static_postures.log",
+    localrule: True
+    message:
+        "Static postures of all participants: reports/static_postures.csv"
+    shell:
+        "awk 'FNR > 1 || NR == 1' {input.tables} > reports/static_postures.csv 2> {log.python}"

@@ -93,7 +93,11 @@ def ladder_content(study: Study) -> dict[str, Any] | None:
     table = study.coordination.ladder
     if table.empty:
         return None
-    return {"figure": ladder.ladder_figure(table), "rows": ladder.ladder_rows(table)}
+    return {
+        "figure": ladder.ladder_figure(table),
+        "moves": ladder.ladder_moves(table),
+        "rows": ladder.ladder_rows(table),
+    }
 
 
 def sensitivity_content(study: Study) -> dict[str, Any] | None:

@@ -59,6 +59,7 @@ rule render_report:
         targets=["config/targets.yaml"],
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),
+        postures=committed_table("static_postures"),
         moment_arms=["config/literature/moment_arms.csv"],
         joint_force=["config/literature/joint_force.csv"],
         geometry=expand(

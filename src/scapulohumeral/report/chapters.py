@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
+
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
@@ -21,6 +23,7 @@ from scapulohumeral.report.prediction import targets as prediction_targets
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
+from scapulohumeral.report.tables import Table, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
 
@@ -66,6 +69,7 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "stability": prediction_tables.stability(coordination),
         "ladder": ladder_content(study),
         "sensitivity": sensitivity_content(study),
+        "postures": posture_content(study),
         "measured": measured_content(study),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
@@ -106,6 +110,19 @@ def sensitivity_content(study: Study) -> dict[str, Any] | None:
     if table.empty:
         return None
     return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
+
+
+def posture_content(study: Study) -> Table | None:
+    """Static postures of all participants, None if they were not computed; marked: not solved."""
+    table = study.coordination.postures
+    if table.empty:
+        return None
+    rows = [
+        tuple("" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else str(x) for x in row)
+        for row in named_rows(table)
+    ]
+    failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")
+    return Table(tuple(name.replace("_", " ") for name in table.columns), rows, failed)
 
 
 def measured_content(study: Study) -> dict[str, Any]:

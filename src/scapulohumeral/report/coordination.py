@@ -44,6 +44,7 @@ class CoordinationFiles:
     against_recording, against_published : tables of their distances; targets : their limits
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
+    postures : table of static postures
     moment_arms, joint_force : published measurements (config/literature)
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
@@ -63,6 +64,7 @@ class CoordinationFiles:
     targets: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
+    postures: Sequence[Path] = ()
     moment_arms: Sequence[Path] = ()
     joint_force: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
@@ -230,6 +232,7 @@ class Coordination:
     judged : distances of predictions and their limits, None without predictions
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
+    postures : girdles of least effort under a still arm, empty if they were not computed
     """
 
     channels: Channels | None
@@ -245,6 +248,7 @@ class Coordination:
     judged: Judged | None = None
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
+    postures: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -291,6 +295,7 @@ def read_coordination(
         judged=_read_judged(files, tuple(models)),
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
+        postures=_read_table(files.postures),
     )
 
 

@@ -120,7 +120,7 @@ def ladder_moves(table: pd.DataFrame) -> Table:
     """How far each choice moves the scapula, alone and on the way; marked: a rung did not converge.
 
     Mean change of upward rotation over the fixed elevations that both rungs reach, by plane: alone
-    from the start, on the way from the last rung before that converged.
+    from the start, on the way from the last rung before that converged. Empty: no such rung.
     """
     levels = [f"ur_{level:g}_deg" for level in LEVELS_DEG]
     upward = {
@@ -131,13 +131,18 @@ def ladder_moves(table: pd.DataFrame) -> Table:
     start = {plane: value for (kind, _, plane), value in upward.items() if kind == "start"}
     before, missing = dict(start), np.full(len(levels), np.nan)
     rows, flagged = [], set()
-    for row, step in enumerate(dict.fromkeys(table.step[table.kind == "alone"])):
-        alone = {plane: upward.get(("alone", step, plane), missing) for plane in planes}
+    solved = dict(
+        zip(zip(table.kind, table.step, strict=True), table.status == "optimal", strict=True)
+    )
+    for row, step in enumerate(dict.fromkeys(table.step[table.kind == "cumulative"])):
+        # Alone the first step is the same problem as on the way.
+        kind = "cumulative" if row == 0 else "alone"
+        alone = {plane: upward.get((kind, step, plane), missing) for plane in planes}
         way = {plane: upward.get(("cumulative", step, plane), missing) for plane in planes}
         changes = [_change(alone[plane], start[plane]) for plane in planes]
         changes += [_change(way[plane], before[plane]) for plane in planes]
         before |= {plane: value for plane, value in way.items() if np.isfinite(value).any()}
-        if np.isnan(changes).any():
+        if not (solved.get(("alone", step), True) and solved["cumulative", step]):
             flagged.add(row)
         rows.append(
             (step.replace("_", " "), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes))

@@ -11,16 +11,17 @@ pytestmark = pytest.mark.unit
 
 def rung(kind, step, upward) -> dict:
     levels = {f"ur_{level:g}_deg": upward for level in LEVELS_DEG}
-    return {"kind": kind, "step": step, "plane": "frontal", **levels}
+    status = "failed" if np.isnan(upward) else "optimal"
+    return {"kind": kind, "step": step, "plane": "frontal", "status": status, **levels}
 
 
 def test_moves_are_from_the_start_and_from_the_last_rung_that_converged():
     rungs = [
         rung("start", "published", 10.0),
-        rung("alone", "effort", 12.0),
         rung("cumulative", "effort", 12.0),
         rung("alone", "conoid", 9.0),
         rung("cumulative", "conoid", np.nan),
+        rung("cumulative", "box", 12.5),
         rung("alone", "serratus_path", np.nan),
         rung("cumulative", "serratus_path", 17.0),
     ]
@@ -28,9 +29,10 @@ def test_moves_are_from_the_start_and_from_the_last_rung_that_converged():
     assert list(found.rows) == [
         ("effort", "+2.0", "+2.0"),
         ("conoid", "-1.0", ""),
-        ("serratus path", "", "+5.0"),
+        ("box", "", "+0.5"),
+        ("serratus path", "", "+4.5"),
     ]
-    assert found.flagged == {1, 2}
+    assert found.flagged == {1, 3}
 
 
 def test_elevations_that_one_rung_does_not_reach_do_not_count():

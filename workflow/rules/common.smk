@@ -279,7 +279,7 @@ def calibrated_participants():
 def committed_table(name):
     """A table in reports/ that is no part of the study, where there is one and anything is predicted.
 
-    No rule makes it there: a fresh checkout shows it and does not compute it.
+    Only a copy is made there, so that a fresh checkout shows it and does not compute it.
     """
     path = Path("reports", f"{name}.csv")
     return [str(path)] if path.is_file() and prediction_table("summary") else []

@@ -37,7 +37,7 @@ HELD, GUIDED = ("humerus", "norm"), ("clavicle", "scapula")
 # Guidance on the way from the recorded posture to the free one [1].
 GUIDANCE = (20.0, 1.0, 0.1, 0.0)
 LARGEST_COMPONENT, LARGEST_REACTION = 1.1, 30.0
-FIRST_COMPRESSION, FIRST_EFFORT = -2.0, 0.05
+FIRST_COMPRESSION, FIRST_EFFORT = 2.0, 0.05
 OPTIONS = {"print_level": 0, "sb": "yes", "max_iter": 200, "tol": 1e-6, "mu_strategy": "adaptive"}
 
 

@@ -78,3 +78,10 @@ def test_failed_posture_keeps_its_reason(monkeypatch):
     monkeypatch.setattr(stage, "static_posture", fails)
     row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
     assert row == {"status": "static posture: too many iterations"}
+
+
+def test_joint_that_is_pulled_apart_is_no_posture(monkeypatch):
+    reactions = iter([(100.0, 0.0, 0.0), (-100.0, 0.0, 0.0)])
+    monkeypatch.setattr(stage, "static_posture", lambda *_: found([0, 0, 0], next(reactions)))
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    assert row == {"status": "static posture: the glenohumeral joint is pulled apart"}

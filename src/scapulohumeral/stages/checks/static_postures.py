@@ -109,11 +109,13 @@ def _row(posture: Posture, pose: Array, record: Mapping[str, Any]) -> dict[str, 
         free, held = static_posture(posture, pose), static_posture(posture, pose, HELD)
     except SolveError as error:
         return {"status": str(error)}
+    costs = _costs("free", posture, free, record) | _costs("held", posture, held, record)
+    if np.isnan([costs["free_stability"], costs["held_stability"]]).any():
+        return {"status": "static posture: the glenohumeral joint is pulled apart"}
     return {
         **_angles("recorded", pose),
         **_angles("free", free.pose),
-        **_costs("free", posture, free, record),
-        **_costs("held", posture, held, record),
+        **costs,
         "paying": _paying(posture, free, held, record),
         "status": "optimal",
     }

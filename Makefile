@@ -2,6 +2,7 @@
 
 CORES ?= 2
 PYTHON ?= python3.11
+RECORDINGS ?= none
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -19,7 +20,7 @@ environment := .venv/complete
 study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
 
-.PHONY: help environment reproduce quick report gap blind blind_small bench test lint unit format lock dag clean
+.PHONY: help environment reproduce quick report gap real blind blind_small bench test lint unit format lock dag clean
 
 help: ## List the commands
 	@awk -F ':.*## ' '/^[a-z_]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -41,6 +42,10 @@ report: $(environment) ## Bring the report of the full study and the pictures of
 
 gap: $(environment) ## Diagnose the gap between recorded and simulated elevations
 	$(study) gap
+
+real: $(environment) ## Diagnose cases of known cause: make real RECORDINGS=folder (an hour; needs predictions)
+	$(study) real_cases --config recordings=$(RECORDINGS)
+	cp results/gap/real/cases.csv reports/real_cases.csv
 
 blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (one and a half to three hours)
 	$(study) results/gap/blind/scores.json

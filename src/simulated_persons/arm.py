@@ -16,6 +16,8 @@ import numpy as np
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters, muscle_parameters
+from scapulohumeral.model.record import ModelRecord
+from scapulohumeral.quantities.joint_loading import glenoid_angles
 from simulated_persons.body import Body, ExtraTorques, no_extra_torques
 from simulated_persons.muscles import Muscles
 from simulated_persons.observation import Measurement, perfect_measurement
@@ -26,19 +28,19 @@ from simulated_persons.simulation import Control
 class Anatomy:
     """A participant's model: the record and what is made from it."""
 
-    record: Mapping[str, Any]
+    record: ModelRecord
     thorax: Mapping[str, Any]
     forces: MuscleForces
 
     @property
     def groups(self) -> np.ndarray:
         """Muscle group of each element, (M,)."""
-        return np.array([muscle["group"] for muscle in self.record["muscles"]])
+        return np.array(self.record.muscle_groups)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the muscle elements."""
-        return tuple(muscle["name"] for muscle in self.record["muscles"])
+        return self.record.muscle_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,7 @@ def draw_person(anatomy: Anatomy, rng: np.random.Generator) -> Arm:
         rise_s=rng.uniform(1.1, 1.6) * generic.activation_time[None],
         fall_s=rng.uniform(0.9, 1.2) * generic.deactivation_time[None],
         arm_scale=by_group(0.08) * np.ones((1, count)),
+        end_force=np.ones((1, count)),
     )
     control = Control(
         cost=by_group(0.2) * np.ones((1, count)),
@@ -122,8 +125,7 @@ def batch(arms: Sequence[Arm]) -> tuple[Body, Control]:
 
 
 def _glenoid(anatomy: Anatomy) -> np.ndarray:
-    angles = anatomy.record["constants"]["glenoid"]
-    return np.deg2rad([angles["inferior_inclination_deg"], angles["anterior_version_deg"]])
+    return np.array(glenoid_angles(anatomy.record))
 
 
 def _spread(rng: np.random.Generator, width: float, size: int) -> np.ndarray:

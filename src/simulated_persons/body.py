@@ -8,8 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
+from scapulohumeral.dynamics.parameters import unpack
 from simulated_persons.muscles import Muscles
 
 REACTIONS = slice(10, 13)
@@ -25,6 +27,8 @@ class ExtraTorques:
     capsule_onset_rad : (N,) elevation of the humerus against the scapula at which it starts
     elbow_spring_Nm_rad, elbow_rest_rad : (N,) spring across the elbow (splint)
     friction_Nm : (N,) Coulomb friction of the glenohumeral joint, smooth below 0.2 rad/s
+    arm_force_N : (N, 3) force on the forearm in thorax axes; arm_force_share : (N,) of the way from
+        the elbow to the hand at which it acts
     """
 
     capsule_Nm: np.ndarray  # noqa: N815 - unit
@@ -32,6 +36,8 @@ class ExtraTorques:
     elbow_spring_Nm_rad: np.ndarray  # noqa: N815 - unit
     elbow_rest_rad: np.ndarray
     friction_Nm: np.ndarray  # noqa: N815 - unit
+    arm_force_N: np.ndarray  # noqa: N815 - unit
+    arm_force_share: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +64,10 @@ FRICTION_SPEED = 0.2
 def no_extra_torques(count: int) -> ExtraTorques:
     """Extra torques of zero for a number of simulations."""
     zero = np.zeros(count)
-    return ExtraTorques(zero, np.full(count, 1.2), zero, np.full(count, 0.3), zero)
+    nowhere = np.zeros((count, 3))
+    return ExtraTorques(
+        zero, np.full(count, 1.2), zero, np.full(count, 0.3), zero, nowhere, np.ones(count)
+    )
 
 
 def extra_torques(body: Body, q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -109,7 +118,42 @@ def skeleton_load(body: Body, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     z = np.hstack([q, u, np.zeros((len(q), 13))])
     load = _evaluate(body, "residual", z)
     load[:, :10] += extra_torques(body, q, u)
-    return load
+    return load + arm_force(body, q)
+
+
+def arm_force(body: Body, q: np.ndarray) -> np.ndarray:
+    """Generalised forces (N, 13) of the force on the forearm, for q (N, 13)."""
+    force, count = body.extra.arm_force_N, len(q)
+    if not force.any():
+        return np.zeros((count, 13))
+    values = {
+        name: np.array([unpack(row)[name] for row in body.parameters])
+        for name in ("offset_AC", "offset_GH", "offset_EL", "axis_EL", "com_load")
+    }
+    clavicle, scapula, humerus = np.moveaxis(body.forces.dynamics.pose_matrices(q), 1, 0)
+    bend = Rotation.from_rotvec(q[:, 12:] * values["axis_EL"]).as_matrix()
+    # From each joint to the next, last to where the force acts: the torque is their sum x force.
+    parts = [
+        _turned(clavicle, values["offset_AC"]),
+        _turned(scapula, values["offset_GH"]),
+        _turned(humerus, values["offset_EL"]),
+        body.extra.arm_force_share[:, None] * _turned(humerus @ bend, values["com_load"]),
+    ]
+    lever, torques = np.zeros((count, 3)), []
+    for part in reversed(parts):
+        lever = lever + part
+        torques.append(np.cross(lever, force))
+    elbow, *ball = torques
+    rows = [
+        _turned(m.transpose(0, 2, 1), t)
+        for m, t in zip((humerus, scapula, clavicle), ball, strict=True)
+    ]
+    about = np.sum(_turned(humerus, values["axis_EL"]) * elbow, axis=1, keepdims=True)
+    return np.hstack([*rows[::-1], about, _turned(scapula.transpose(0, 2, 1), force)])
+
+
+def _turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return np.einsum("nij,nj->ni", matrix, vector)
 
 
 def rotate(q: np.ndarray, turn: np.ndarray) -> np.ndarray:

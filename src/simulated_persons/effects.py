@@ -48,6 +48,10 @@ class Injection:
 TORN_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap")
 FIBRE_GROUPS = ("delt_scap", "serr_ant", "trap_scap", "trap_clav")
 PAINFUL_GROUPS = ("infra", "delt_scap", "serr_ant", "trap_scap")
+SEGMENTS = {"upper_arm": ("humerus",), "forearm": ("forearm",), "arm": ("humerus", "forearm")}
+TIRED_GROUPS = ("delt_scap", "serr_ant", "trap_scap", "all")
+# Where cuffs of aids sit, of the way from the elbow to the hand.
+CUFF_SHARE = 0.55
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 
 
@@ -66,14 +70,15 @@ def hand_load(rng: np.random.Generator) -> Injection:
 
 
 def segment_mass(rng: np.random.Generator) -> Injection:
-    """A heavier or lighter segment: its girth changes, so inertia grows faster than mass."""
-    member, segment = [("upper_arm", "humerus"), ("forearm", "forearm")][rng.integers(2)]
+    """Heavier or lighter segments: their girth changes, so inertia grows faster than mass."""
+    member = str(rng.choice(list(SEGMENTS)))
     factor = float(_side(rng, (0.62, 0.72), (1.28, 1.4)))
 
     def apply(arm: Arm) -> Arm:
         p = dict(arm.parameters)
-        p[f"mass_{segment}"] = factor * p[f"mass_{segment}"]
-        p[f"inertia_{segment}"] = factor**1.5 * p[f"inertia_{segment}"]
+        for segment in SEGMENTS[member]:
+            p[f"mass_{segment}"] = factor * p[f"mass_{segment}"]
+            p[f"inertia_{segment}"] = factor**1.5 * p[f"inertia_{segment}"]
         return replace(arm, parameters=p)
 
     return Injection(f"body/segment_mass/{member}", "mass_factor", factor, apply)
@@ -93,6 +98,37 @@ def strength_loss(rng: np.random.Generator, members: tuple[str, ...] = TORN_GROU
 
     left = 1.0 - share * (1.0 - TORN_LINE)
     return Injection(f"body/strength_loss/{group}", "f0_factor", float(left), apply)
+
+
+def fatigue(rng: np.random.Generator) -> Injection:
+    """Muscles that tire within each trial, soon at first and then more slowly."""
+    group = str(rng.choice(TIRED_GROUPS))
+    left = float(rng.uniform(0.45, 0.8))
+
+    def apply(arm: Arm) -> Arm:
+        chosen = (arm.anatomy.groups == group) | (group == "all")
+        end = arm.muscles.end_force * np.where(chosen, left, 1.0)
+        return replace(arm, muscles=replace(arm.muscles, end_force=end))
+
+    return Injection(f"body/fatigue/{group}", "end_force_factor", left, apply)
+
+
+def external_force(rng: np.random.Generator) -> Injection:
+    """An aid that lifts the arm, or a cable that pulls it, not quite upright."""
+    point = str(rng.choice(("hand", "forearm")))
+    up = float(_side(rng, (-20.0, -6.0), (6.0, 25.0)))
+    aside = rng.uniform(-0.2, 0.2, size=2) * abs(up)
+
+    def apply(arm: Arm) -> Arm:
+        share = 1.0 if point == "hand" else CUFF_SHARE
+        extra = replace(
+            arm.extra,
+            arm_force_N=np.array([[aside[0], up, aside[1]]]),
+            arm_force_share=np.array([share]),
+        )
+        return replace(arm, extra=extra)
+
+    return Injection(f"input/external_force/{point}", "up_N", up, apply)
 
 
 def fibre_length(rng: np.random.Generator) -> Injection:
@@ -146,7 +182,7 @@ def joint_damping(rng: np.random.Generator) -> Injection:
     return Injection(f"body/joint_damping/{joint}", "damping_Nms_rad", damping, apply)
 
 
-def st_contact(rng: np.random.Generator) -> Injection:
+def thorax_surface(rng: np.random.Generator) -> Injection:
     """A wider or narrower thorax under the scapula."""
     factor = float(_side(rng, (0.90, 0.96), (1.02, 1.05)))
 
@@ -155,7 +191,7 @@ def st_contact(rng: np.random.Generator) -> Injection:
         p["thorax_radii"] = factor * p["thorax_radii"]
         return replace(arm, parameters=p)
 
-    return Injection("body/st_contact", "radius_factor", factor, apply)
+    return Injection("body/thorax_surface", "radius_factor", factor, apply)
 
 
 def glenoid_orientation(rng: np.random.Generator) -> Injection:
@@ -244,6 +280,23 @@ def emg_gain(rng: np.random.Generator) -> Injection:
     return Injection(f"measurement/emg_gain/{channel}", "gain_factor", factor, apply)
 
 
+def electrode_shift(rng: np.random.Generator) -> Injection:
+    """Skin that slides over a muscle with its electrode as the arm is lifted."""
+    channel = str(rng.choice(CHANNELS))
+    factor = float(_side(rng, (0.4, 0.65), (1.5, 2.5)))
+
+    def apply(arm: Arm) -> Arm:
+        slope = np.where(np.array(CHANNELS) == channel, factor, arm.measurement.slope)
+        return replace(arm, measurement=replace(arm.measurement, slope=slope))
+
+    return Injection(f"measurement/electrode_shift/{channel}", "slope_factor", factor, apply)
+
+
+def movement_strategy(rng: np.random.Generator) -> Injection:
+    """Nothing but the movement done otherwise; how, follows from the seed of the case."""
+    return Injection("control/movement_strategy", None, 1.0, lambda arm: arm)
+
+
 def emg_crosstalk(rng: np.random.Generator) -> Injection:
     """An electrode that also hears a declared neighbour."""
     pair = NEIGHBOURS[rng.integers(len(NEIGHBOURS))]
@@ -284,14 +337,16 @@ def splint(rng: np.random.Generator) -> Injection:
     return Injection("unknown/far/splint", None, stiffness, apply)
 
 
-def fatigue(rng: np.random.Generator) -> Injection:
-    """Outside the library, far: envelopes that grow during every trial."""
-    growth = float(rng.uniform(0.5, 1.2))
+def heart(rng: np.random.Generator) -> Injection:
+    """Outside the library, far: heart beats in the channels of the chest and the neck."""
+    height = float(rng.uniform(0.1, 0.3))
 
     def apply(arm: Arm) -> Arm:
-        return replace(arm, measurement=replace(arm.measurement, drift=growth))
+        near = np.isin(CHANNELS, ("EMG_serr", "EMG_delt_ant", "EMG_trap_clav"))
+        beats = np.where(near, height, arm.measurement.heart)
+        return replace(arm, measurement=replace(arm.measurement, heart=beats))
 
-    return Injection("unknown/far/fatigue", None, growth, apply)
+    return Injection("unknown/far/heart", None, height, apply)
 
 
 def uneven_tear(rng: np.random.Generator) -> Injection:
@@ -323,11 +378,12 @@ def speed_gain(rng: np.random.Generator) -> Injection:
 
 
 LIBRARY_LIKE = (
-    hand_load, segment_mass, strength_loss, fibre_length, tendon_compliance, passive_gh,
-    joint_damping, st_contact, glenoid_orientation, co_contraction, pain_inhibition, thorax_tilt,
-    frame_misalignment, scapula_sta, emg_gain, emg_crosstalk, emd,
+    hand_load, segment_mass, strength_loss, fatigue, fibre_length, tendon_compliance, passive_gh,
+    joint_damping, thorax_surface, glenoid_orientation, co_contraction, pain_inhibition,
+    thorax_tilt, external_force, frame_misalignment, scapula_sta, emg_gain, electrode_shift,
+    emg_crosstalk, emd,
 )  # fmt: skip
-UNKNOWN = (friction, splint, fatigue, uneven_tear, distant_crosstalk, speed_gain)
+UNKNOWN = (friction, splint, heart, uneven_tear, distant_crosstalk, speed_gain)
 
 
 def tilted(gravity: np.ndarray, forward_deg: float) -> np.ndarray:

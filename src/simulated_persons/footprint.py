@@ -13,6 +13,7 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from simulated_persons.observation import CHANNELS, Recording
+from simulated_persons.scatter import ANGLE_DEG
 
 KINEMATIC = (
     "SC_rx", "SC_ry", "SC_rz", "AC_rx", "AC_ry", "AC_rz", "GH_rx", "GH_ry", "GH_rz", "EL_rx",
@@ -22,8 +23,8 @@ PHASE = np.linspace(0.0, 1.0, 101)
 # Registered before any draw: an effect counts as shown if, in some channel, its root mean square
 # over the movement is at least this many standard errors of the difference that a case contains.
 FOOTPRINT_MULTIPLE = 2.0
-# Standard deviation between repeats that it is measured with: degrees, share of maximum, newtons.
-ANGLE_FLOOR_DEG = 1.3
+# Standard deviation between repeats that it is measured with: angles of real people, timing taken
+# off; share of maximum; newtons.
 EMG_FLOOR, EMG_FLOOR_SHARE = 0.015, 0.1
 FORCE_FLOOR_N, FORCE_FLOOR_SHARE = 10.0, 0.05
 # Without reference trials a record can be compared with a model only, which misses arms without any
@@ -57,7 +58,7 @@ def floor(
     reference: Recording, repeats: int, emg: bool, contact: bool, referenced: bool
 ) -> np.ndarray:
     """Standard error (F, K) of the difference between two means of repeats, or to a model."""
-    sd = [np.full((len(PHASE), len(KINEMATIC)), ANGLE_FLOOR_DEG)]
+    sd = [np.tile(ANGLE_DEG, (len(PHASE), 1))]
     model = [MODEL_ANGLE_DEG]
     if emg:
         sd.append(EMG_FLOOR + EMG_FLOOR_SHARE * _at_phase(reference, reference.emg))

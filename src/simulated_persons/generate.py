@@ -27,8 +27,10 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle
 from simulated_persons.arm import Anatomy, Arm, batch, draw_person
+from simulated_persons.case_person import Person, draw_case, scatter_scales
 from simulated_persons.footprint import (
     CONTACT,
     FOOTPRINT_MULTIPLE,
@@ -37,30 +39,41 @@ from simulated_persons.footprint import (
     floor,
     footprints,
 )
-from simulated_persons.movement import Variation, draw_variation, no_variation, wished_poses
+from simulated_persons.movement import (
+    SETTLE_S,
+    Variation,
+    draw_variation,
+    habit,
+    no_variation,
+    phase_of_trial,
+    wished_poses,
+)
 from simulated_persons.observation import (
     CHANNELS,
     ELECTRODES,
     NEIGHBOURS,
-    Measurement,
     Recording,
     add_noise,
     electrode_matrix,
     record,
 )
-from simulated_persons.plan import SHARES, Plan, draw_plans, redrawn
-from simulated_persons.simulation import TICK_S, simulate
+from simulated_persons.plan import SHARES, YIELDS, Plan, draw_plans, redrawn
+from simulated_persons.simulation import GIRDLE_STIFFNESS, TICK_S, Trace, keep, simulate
 from simulated_persons.wish import humerus_of, make_wish
 
 BATCH = 100
-GIRDLE_PATH_DEG, HUMERUS_PATH_DEG = 0.6, 0.8
-RECORDING_PATH_DEG = 1.0  # of a recording that stands for its own repeats
-SESSION_GAIN, SESSION_TURN_DEG = 0.04, 0.4  # electrodes and markers, put on again
 LARGEST_MISS = np.deg2rad(25.0)  # of the humerus: beyond, the arm did not do the task
+# Largest rotation of a person who keeps a movement: torques that the muscles do not give, over the
+# stiffness of a shoulder.
+LARGEST_DEFLECTION = np.deg2rad(0.3)
 LARGEST_ATTEMPTS = 12
-# Largest difference of a mean envelope between repeats of a task [fraction of MVC]. Most persons
-# stay below 0.06; some have two ways to do a task, 0.15 to 0.3 apart: a change of way is no effect.
-STEADY_EMG = 0.1
+KEEPING_ATTEMPTS = 3  # draws in which a movement may turn out to be impossible to keep
+# Side of noise-free trials that are done as the test is, but without the effect.
+OTHERWISE = "otherwise"
+TIRING = 2.0  # muscles tire as 1 - exp(-2 phase)
+# Largest difference of a mean envelope between repeats of a task [fraction of MVC]. Some persons
+# have two ways to do a task, 0.15 to 0.3 apart: a change of way is no effect.
+STEADY_EMG = 0.15
 # Draws for an effect that shows; families that hardly ever do are kept as they are then.
 SHOWN_ATTEMPTS = 3
 # The published arm of par1 weighs 12 kg, three times what anthropometry gives, and its muscles
@@ -71,12 +84,28 @@ ARM_SEGMENTS = ("clavicle_r", "scapula_r", "humerus_r", "ulna_r", "radius_r", "h
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One trial to simulate; `name` is (side, task, repeat), repeat 0 being noise-free."""
+    """One trial to simulate; `name` is (side, task, repeat), repeat 0 being noise-free.
+
+    `keeps`: the person does exactly the wished `pose` (S, 13).
+    """
 
     case: str
     name: tuple[str, str, int]
     arm: Arm
     pose: np.ndarray
+    keeps: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """How a person does a task: a motion, and a path (10, WAVES) [rad] on top of it."""
+
+    motion: Motion
+    path_rad: np.ndarray
+
+    def poses(self, variation: Variation) -> np.ndarray:
+        """Wished poses (S, 13) of a trial."""
+        return wished_poses(self.motion, variation.and_also(self.path_rad))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +159,8 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
     anatomies, motions, scale = {}, {}, {}
     for name in names:
         geometry = load_geometry(results / "muscle_geometry" / name / "quaternion.npz")
-        record, thorax = (
-            json.loads((results / "models" / file).read_text(encoding="utf-8"))
-            for file in (f"{name}.json", f"{name}_thorax.json")
-        )
-        _weigh(record, ARM_MASS.get(name, 1.0))
+        record = _weighed(read_record(results / "models" / f"{name}.json"), ARM_MASS.get(name, 1.0))
+        thorax = json.loads((results / "models" / f"{name}_thorax.json").read_text("utf-8"))
         anatomies[name] = Anatomy(record, thorax, MuscleForces(equations, geometry))
         text = (participants / name / "participant.yaml").read_text(encoding="utf-8")
         scale[name] = yaml.safe_load(text)["scale"]
@@ -143,12 +169,10 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
     return Study(anatomies, motions, scale)
 
 
-def _weigh(record: dict, factor: float) -> None:
-    """Scale masses and inertias of the arm in a model record."""
-    for name in ARM_SEGMENTS:
-        segment = record["segments"][name]
-        segment["mass_kg"] *= factor
-        segment["inertia_kgm2"] = [factor * value for value in segment["inertia_kgm2"]]
+def _weighed(record: ModelRecord, factor: float) -> ModelRecord:
+    """A model record with masses and inertias of the arm scaled."""
+    masses = {name: factor * record.segments[name].mass_kg for name in ARM_SEGMENTS}
+    return record.with_masses(masses)
 
 
 Recordings = dict[tuple[str, str, int], Recording]
@@ -159,7 +183,7 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
 
     A case whose arm cannot do the task, or does it now one way and now another, is drawn again,
     with other amplitudes and another person, and so is, a few times, a case whose effect hardly
-    shows.
+    shows. Where no person manages to keep a movement against an effect, the person gives way.
     """
     for plan in plans:
         if plan.plant == "S":
@@ -171,6 +195,7 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
         for plan in waiting:
             recordings = traces[plan.id]
             wanted = bool(plan.injections) and not plan.faint and attempt < SHOWN_ATTEMPTS
+            wanted &= plan.may_show
             if (
                 recordings is not None
                 and _steady(recordings)
@@ -178,7 +203,7 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
             ):
                 yield plan, _with_noise(plan, recordings)
             else:
-                again.append(redrawn(plan, attempt))
+                again.append(_redrawn(plan, attempt))
         print(f"draw {attempt}: {len(again)} of {len(waiting)} to be drawn again", flush=True)
         waiting = again
         if not waiting:
@@ -191,26 +216,79 @@ def recorded_cases(study: Study, plans: Sequence[Plan]) -> Iterator[tuple[Plan, 
         )
 
 
+def _redrawn(plan: Plan, attempt: int) -> Plan:
+    """The case drawn again; who never manages to keep the movement gives way."""
+    other = redrawn(plan, attempt)
+    return replace(other, person=YIELDS) if attempt >= KEEPING_ATTEMPTS else other
+
+
 def _simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | None]:
     """Noise-free recordings of every trial; None for a case with an arm that missed its task."""
-    by_participant: dict[str, list[Run]] = defaultdict(list)
-    for plan in plans:
-        by_participant[plan.participant] += _runs(study, plan)
-    found: dict[str, Recordings | None] = {plan.id: {} for plan in plans}
-    for name, runs in by_participant.items():
-        anatomy = study.anatomies[name]
-        electrodes = electrode_matrix(anatomy.names, anatomy.groups)
-        runs = sorted(runs, key=lambda run: len(run.pose))
-        for start in range(0, len(runs), BATCH):
-            for run, q, excitation, reaction, miss in _follow(runs[start : start + BATCH]):
-                trials = found[run.case]
-                if not miss <= LARGEST_MISS:
-                    found[run.case] = None
-                elif trials is not None:
-                    trials[run.name] = record(
-                        q, excitation, reaction, run.arm.measurement, electrodes
-                    )
+    persons = {plan.id: draw_case(study.anatomies[plan.participant], plan) for plan in plans}
+    ways = _ways(study, plans, persons)
+    able = [plan for plan in plans if plan.id in ways]
+    found: dict[str, Recordings | None] = {plan.id: None for plan in plans}
+    found.update({plan.id: {} for plan in able})
+    runs = {plan.id: _runs(plan, persons[plan.id], ways[plan.id]) for plan in able}
+    for run, q, trace, missed in _followed(study, plans, runs):
+        trials = found[run.case]
+        if missed:
+            found[run.case] = None
+        elif trials is not None:
+            anatomy = run.arm.anatomy
+            electrodes = electrode_matrix(anatomy.names, anatomy.groups)
+            trials[run.name] = record(
+                q, trace.excitation, trace.reaction_N, run.arm.measurement, electrodes
+            )
     return found
+
+
+def _ways(
+    study: Study, plans: Sequence[Plan], persons: Mapping[str, Person]
+) -> dict[str, dict[tuple[bool, str], Way]]:
+    """Movement of each task of each case, as usual (False) and otherwise (True).
+
+    Who keeps a movement keeps the one that the arm made when it followed the recording without
+    any effect. Cases whose arm could not are left out.
+    """
+    ways: dict[str, dict[tuple[bool, str], Way]] = {}
+    first: dict[str, list[Run]] = {}
+    still = no_variation()
+    for plan in plans:
+        person = persons[plan.id]
+        ways[plan.id] = {
+            (otherwise, task): Way(study.motions[plan.participant, task], path)
+            for task in (*plan.tasks, plan.hidden)
+            for otherwise, path in ((False, 0.0 * person.change[task]), (True, person.change[task]))
+            if plan.otherwise or not otherwise
+        }
+        if plan.person != YIELDS:
+            first[plan.id] = [
+                Run(plan.id, (str(otherwise), task, 0), person.usual, way.poses(still), False)
+                for (otherwise, task), way in ways[plan.id].items()
+            ]
+    for run, q, _, missed in _followed(study, plans, first):
+        if missed:
+            ways.pop(run.case, None)
+        elif run.case in ways:
+            otherwise, task, _ = run.name
+            key = otherwise == str(True), task
+            ways[run.case][key] = Way(habit(q), 0.0 * ways[run.case][key].path_rad)
+    return ways
+
+
+def _followed(
+    study: Study, plans: Sequence[Plan], runs: Mapping[str, Sequence[Run]]
+) -> Iterator[tuple[Run, np.ndarray, Trace, bool]]:
+    """Simulate the runs of all cases: poses, trace, and whether the arm missed its task."""
+    together: dict[tuple[str, bool], list[Run]] = defaultdict(list)
+    for plan in plans:
+        for run in runs.get(plan.id, ()):
+            together[plan.participant, run.keeps].append(run)
+    for group in together.values():
+        group.sort(key=lambda run: len(run.pose))
+        for start in range(0, len(group), BATCH):
+            yield from _follow(group[start : start + BATCH])
 
 
 def _steady(recordings: Recordings) -> bool:
@@ -221,47 +299,56 @@ def _steady(recordings: Recordings) -> bool:
     return all(np.ptp(means, axis=0).max() <= STEADY_EMG for means in ways.values())
 
 
-def _runs(study: Study, plan: Plan) -> list[Run]:
+def _runs(plan: Plan, person: Person, ways: Mapping[tuple[bool, str], Way]) -> list[Run]:
     """Every trial of a case: noise-free twins of all tasks, repeats of those that are recorded."""
-    rng = np.random.default_rng(plan.seed)
-    person = draw_person(study.anatomies[plan.participant], rng)
-    affected = person
-    for injection in plan.injections:
-        affected = injection.apply(affected)
-    second = replace(affected, measurement=_another_session(affected.measurement, rng))
     runs = []
+
+    def add(side: str, task: str, repeat: int, arm: Arm, way: Way, varied: Variation) -> None:
+        keeps = plan.person != YIELDS
+        runs.append(Run(plan.id, (side, task, repeat), arm, way.poses(varied), keeps))
+
     for task in (*plan.tasks, plan.hidden):
-        motion = study.motions[plan.participant, task]
-        still = wished_poses(motion, no_variation())
-        runs.append(Run(plan.id, ("reference", task, 0), person, still))
-        runs.append(Run(plan.id, ("test", task, 0), affected, still))
+        usual, tested = ways[False, task], ways[plan.otherwise, task]
+        add("reference", task, 0, person.usual, usual, no_variation())
+        add("test", task, 0, person.affected, tested, no_variation())
         if task == plan.hidden:
             continue
-        for side, arm in (("reference", person), ("test", second)):
+        if plan.otherwise:
+            add(OTHERWISE, task, 0, person.usual, tested, no_variation())
+        sides = (("reference", person.usual, usual), ("test", person.second, tested))
+        for side, arm, way in sides:
             for repeat in range(1, plan.repeats + 1):
-                if side == "reference" and not plan.reference:
-                    continue
-                varied = draw_variation(rng, GIRDLE_PATH_DEG, HUMERUS_PATH_DEG)
-                runs.append(Run(plan.id, (side, task, repeat), arm, wished_poses(motion, varied)))
+                if side == "test" or plan.reference:
+                    varied = draw_variation(person.rng, person.scale[task])
+                    add(side, task, repeat, arm, way, varied)
     return runs
 
 
-def _follow(
-    runs: Sequence[Run],
-) -> Iterator[tuple[Run, np.ndarray, np.ndarray, np.ndarray, float]]:
-    """Simulate runs of one anatomy together: pose, excitation, reaction, largest miss of each."""
+def _follow(runs: Sequence[Run]) -> Iterator[tuple[Run, np.ndarray, Trace, bool]]:
+    """Simulate runs of one anatomy together; all of them keep their motion, or none does."""
     longest = max(len(run.pose) for run in runs)
     pose = np.stack([_held(run.pose, longest) for run in runs], axis=1)
     body, control = batch([run.arm for run in runs])
-    wish = make_wish(pose, TICK_S)
-    with np.errstate(all="ignore"):  # an arm that cannot do its task may diverge: it is dropped
-        trace = simulate(body, control, wish)
+    phase = np.ones((longest, len(runs)))
     for number, run in enumerate(runs):
-        count = len(run.pose)
-        q = trace.q[:count, number]
-        miss = relative_angle(humerus_of(q), wish.humerus[:count, number]).max()
-        excitation, reaction = (v[:count, number] for v in (trace.excitation, trace.reaction_N))
-        yield run, q, excitation, reaction, float(miss)
+        phase[: len(run.pose), number] = phase_of_trial(len(run.pose))
+    tired = np.expm1(-TIRING * phase) / np.expm1(-TIRING)
+    wish = make_wish(pose, TICK_S, tired, body.muscles.end_force)
+    with np.errstate(all="ignore"):  # an arm that cannot do its task may diverge: it is dropped
+        trace = (keep if runs[0].keeps else simulate)(body, control, wish)
+    for number, run in enumerate(runs):
+        own = Trace(*(part[: len(run.pose), number] for part in vars(trace).values()))
+        miss = relative_angle(humerus_of(own.q), wish.humerus[: len(run.pose), number]).max()
+        missed = not miss <= LARGEST_MISS
+        if run.keeps and run.name[2] == 0:
+            missed |= not deflection(own.missing_Nm) <= LARGEST_DEFLECTION
+        yield run, own.q, own, bool(missed)
+
+
+def deflection(missing: np.ndarray) -> float:
+    """How far joints give for want of torques (S, 10): largest root mean square [rad]."""
+    recorded = missing[round(SETTLE_S / TICK_S) :]
+    return float(np.sqrt(np.mean(recorded**2, axis=0)).max() / GIRDLE_STIFFNESS)
 
 
 def _salted(study: Study, plan: Plan) -> Recordings:
@@ -279,10 +366,10 @@ def _salted(study: Study, plan: Plan) -> Recordings:
     electrodes = electrode_matrix(anatomy.names, anatomy.groups)
     trials: Recordings = {}
     for task in (*plan.tasks, plan.hidden):
-        motion = study.motions[plan.participant, task]
+        motion, scale = study.motions[plan.participant, task], scatter_scales(plan)[task]
         for side, arm in (("reference", person), ("test", affected)):
             for repeat in range(plan.repeats + 1 if task != plan.hidden else 1):
-                varied = no_variation() if repeat == 0 else _recording_noise(rng)
+                varied = no_variation() if repeat == 0 else draw_variation(rng, scale)
                 pose = wished_poses(motion, varied)
                 rest = np.zeros((len(pose), len(anatomy.names)))
                 free = np.zeros((len(pose), 3))
@@ -290,26 +377,13 @@ def _salted(study: Study, plan: Plan) -> Recordings:
     return trials
 
 
-def _recording_noise(rng: np.random.Generator) -> Variation:
-    return draw_variation(rng, RECORDING_PATH_DEG, RECORDING_PATH_DEG)
-
-
-def _another_session(measurement: Measurement, rng: np.random.Generator) -> Measurement:
-    """Electrodes and markers put on again: what differs between recordings without a cause."""
-    gain = np.exp(rng.normal(0.0, SESSION_GAIN, len(CHANNELS)))
-    turns = np.deg2rad(SESSION_TURN_DEG) * rng.normal(size=(3, 3))
-    return replace(
-        measurement,
-        emg_gain=gain * measurement.emg_gain,
-        thorax_rad=measurement.thorax_rad + turns[0],
-        scapula_rad=measurement.scapula_rad + turns[1],
-        humerus_rad=measurement.humerus_rad + turns[2],
-    )
-
-
 def _with_noise(plan: Plan, recordings: Recordings) -> Recordings:
     rng = np.random.default_rng([plan.seed, 1])
-    return {name: add_noise(trial, rng) if name[2] else trial for name, trial in recordings.items()}
+    scale = scatter_scales(plan)
+    return {
+        name: add_noise(trial, rng, scale[name[1]]) if name[2] else trial
+        for name, trial in recordings.items()
+    }
 
 
 def write_case(study: Study, plan: Plan, recordings: Recordings, folder: Path) -> None:
@@ -331,7 +405,7 @@ def write_case(study: Study, plan: Plan, recordings: Recordings, folder: Path) -
 def case_key(plan: Plan, recordings: Recordings) -> dict:
     """What is sealed: the truth of a case."""
     channels = channel_names(plan.emg, plan.contact)
-    sigma, size = _changes(plan, recordings)
+    sigma, size = _changes(plan, recordings, *_compared(plan))
     hidden = {side: recordings[side, plan.hidden, 0] for side in ("test", "reference")}
     return {
         "schema": "blind-key/1",
@@ -339,6 +413,9 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
         "plant": plan.plant,
         "kind": plan.kind,
         "seed": plan.seed,
+        "person": plan.person,
+        "markers": plan.markers,
+        "otherwise": _otherwise(plan, recordings),
         "participant": plan.participant,
         "tasks": list(plan.tasks),
         "mode": {"emg": plan.emg, "contact": plan.contact, "reference": plan.reference},
@@ -358,18 +435,41 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
     }
 
 
-def _changes(plan: Plan, recordings: Recordings) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _compared(plan: Plan) -> tuple[str, str]:
+    """Sides whose noise-free trials differ by the cause of a case alone."""
+    return "test", OTHERWISE if plan.otherwise and plan.kind != "strategy" else "reference"
+
+
+def _changes(
+    plan: Plan, recordings: Recordings, after: str, before: str
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """What would change without noise: standard errors by task (F, K), largest footprints (K,)."""
     sigma = {}
     for task in plan.tasks:
-        test, reference = (recordings[side, task, 0] for side in ("test", "reference"))
+        test, reference = (recordings[side, task, 0] for side in (after, before))
         error = floor(reference, plan.repeats, plan.emg, plan.contact, plan.reference)
         sigma[task] = difference(test, reference, plan.emg, plan.contact) / error
     return sigma, np.max([footprints(change) for change in sigma.values()], axis=0)
 
 
 def _shown(plan: Plan, recordings: Recordings) -> bool:
-    return bool(_changes(plan, recordings)[1].max() >= FOOTPRINT_MULTIPLE)
+    return bool(_changes(plan, recordings, *_compared(plan))[1].max() >= FOOTPRINT_MULTIPLE)
+
+
+def _otherwise(plan: Plan, recordings: Recordings) -> dict | None:
+    """How far the movement was done otherwise: degrees by channel, and whether that shows."""
+    if not plan.otherwise:
+        return None
+    _, size = _changes(plan, recordings, OTHERWISE, "reference")
+    moved = [
+        difference(recordings[OTHERWISE, task, 0], recordings["reference", task, 0], False, False)
+        for task in plan.tasks
+    ]
+    degrees = np.max([footprints(change) for change in moved], axis=0)
+    return {
+        "deg": dict(zip(channel_names(False, False), np.round(degrees, 2).tolist(), strict=True)),
+        "shown": bool(size.max() >= FOOTPRINT_MULTIPLE),
+    }
 
 
 def _noise_free(trial: Recording, plan: Plan) -> dict:
@@ -387,13 +487,13 @@ def _write_table(path: Path, columns: Sequence[str], trial: Recording, values: n
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.5f")
 
 
-def _write_participant(plan: Plan, model: Mapping, scale: Mapping, folder: Path) -> None:
+def _write_participant(plan: Plan, model: ModelRecord, scale: Mapping, folder: Path) -> None:
     document = {
         "schema": "participant/1",
         "id": f"case-{plan.id}",
         "side": "right",
         "model": {"file": "model.yaml"},
-        "gravity_in_thorax_mps2": [float(g) for g in model["gravity_mps2"]],
+        "gravity_in_thorax_mps2": [float(g) for g in model.gravity_mps2],
     }
     if plan.emg:
         document["emg"] = {
@@ -401,8 +501,7 @@ def _write_participant(plan: Plan, model: Mapping, scale: Mapping, folder: Path)
             "unit": "fraction_of_mvc",
             "neighbours": [list(pair) for pair in NEIGHBOURS],
         }
-    segments = model["segments"]
-    bodies = [{"name": name, "mass_kg": float(segments[name]["mass_kg"])} for name in segments]
+    bodies = [{"name": n, "mass_kg": float(part.mass_kg)} for n, part in model.segments.items()]
     factors = [{"segment": name, "scale_xyz": list(map(float, f))} for name, f in scale.items()]
     tables = {"participant.yaml": document}
     tables["model.yaml"] = {"bodies": bodies, "segment_scale": factors}

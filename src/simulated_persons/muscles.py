@@ -32,6 +32,7 @@ class Muscles:
     tendon_strain : strain of the tendon at maximal force [1]
     rise_s, fall_s : activation constants
     arm_scale : factor on moment arms; lengths are scaled about those at the start
+    end_force : share of the active force left at the end of a trial
     """
 
     max_force: np.ndarray
@@ -41,6 +42,7 @@ class Muscles:
     rise_s: np.ndarray
     fall_s: np.ndarray
     arm_scale: np.ndarray
+    end_force: np.ndarray
 
 
 def activation_step(

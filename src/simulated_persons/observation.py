@@ -21,6 +21,7 @@ from scapulohumeral.model.rotations import (
     rotation_vector_to_quaternion,
 )
 from simulated_persons.movement import SETTLE_S, smooth_noise
+from simulated_persons.scatter import ANGLE_DEG, curves
 from simulated_persons.simulation import TICK_S
 
 # Electrodes of the paper (supplement, table of EMG groups): muscle group, elements under them.
@@ -45,8 +46,13 @@ NEIGHBOURS = (
 OWN_SHARE = 0.5  # of the envelope from the elements under the electrode, the rest from the group
 ENVELOPE_HZ = 4.0
 FORCE_HZ = 6.0
+# Noise of single trials: of humerus and elbow, whose motion itself scatters; that of clavicle and
+# scapula is what repeats of real people scatter by.
 ANGLE_NOISE_DEG = 0.5
-SCAPULA_NOISE_DEG = 0.8
+# Skin markers hardly see how clavicle and humerus turn about their long axes: standard deviation of
+# an error that changes slowly over a movement; a share of it differs from session to session.
+AXIAL_DEG, AXIAL_WAVES, AXIAL_SESSION = np.array([10.0, 5.0]), 3, 0.25
+HEART_HZ = 1.2
 ARTEFACT_ONSET, ARTEFACT_FULL = np.deg2rad([60.0, 120.0])
 EMG_SHARE_NOISE, EMG_FLOOR_NOISE = 0.06, 0.012
 FORCE_SHARE_NOISE, FORCE_NOISE_N = 0.02, 5.0
@@ -60,27 +66,50 @@ class Measurement:
     ----------
     emg_gain : (C,); crosstalk : (C, C) share of each donor (column) in each receiver (row)
     delay_s : of excitations after envelopes (EMG leads)
-    drift : growth of all envelopes from start to end of a trial
     speed_gain : growth of all envelopes per rad/s of humeral speed
     thorax_rad, scapula_rad, humerus_rad : constant rotations of the recorded frames (3,)
     artefact_rad : rotation (3,) of the recorded scapula at 120 deg of elevation, from 60 deg on
+    slope : (C,) gain of each envelope at 120 deg of elevation over that with the arm hanging
+    heart : (C,) height of heart beats in each envelope
+    axial_rad : (2, B) amplitudes over phase of the error about the long axes of clavicle, humerus
     """
 
     emg_gain: np.ndarray
     crosstalk: np.ndarray
     delay_s: float
-    drift: float
     speed_gain: float
     thorax_rad: np.ndarray
     scapula_rad: np.ndarray
     humerus_rad: np.ndarray
     artefact_rad: np.ndarray
+    slope: np.ndarray
+    heart: np.ndarray
+    axial_rad: np.ndarray
 
 
 def perfect_measurement(emg_gain: np.ndarray) -> Measurement:
     """No errors but the gains of the electrodes (C,)."""
-    zero = np.zeros(3)
-    return Measurement(emg_gain, np.zeros((8, 8)), 0.0, 0.0, 0.0, zero, zero, zero, zero)
+    zero, count = np.zeros(3), len(emg_gain)
+    return Measurement(
+        emg_gain=emg_gain,
+        crosstalk=np.zeros((count, count)),
+        delay_s=0.0,
+        speed_gain=0.0,
+        thorax_rad=zero,
+        scapula_rad=zero,
+        humerus_rad=zero,
+        artefact_rad=zero,
+        slope=np.ones(count),
+        heart=np.zeros(count),
+        axial_rad=np.zeros((2, AXIAL_WAVES)),
+    )
+
+
+def draw_axial(rng: np.random.Generator, share: float) -> np.ndarray:
+    """Amplitudes (2, AXIAL_WAVES) of an error of axial rotation [rad], over the usual one."""
+    size = 1.0 / (1.0 + np.arange(AXIAL_WAVES))
+    size /= np.linalg.norm(size)
+    return share * np.deg2rad(AXIAL_DEG)[:, None] * size * rng.normal(size=(2, AXIAL_WAVES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,14 +141,17 @@ def record(
     measurement : errors; electrodes : (C, M), made by :func:`electrode_matrix`
     """
     keep = slice(round(SETTLE_S / TICK_S), None)
-    pose = turned_frames(q, measurement)[keep]
+    pose = turned_frames(q[keep], measurement)
     envelope = np.maximum(_smooth(np.maximum(excitation @ electrodes.T, 0.0), ENVELOPE_HZ), 0.0)
     envelope = _delayed(envelope, measurement.delay_s)[keep]
-    phase = np.linspace(0.0, 1.0, len(pose))[:, None]
     speed = np.linalg.norm(np.gradient(q[keep][:, 8:12], TICK_S, axis=0), axis=1)[:, None]
-    envelope *= 1.0 + measurement.drift * phase + measurement.speed_gain * 2.0 * speed
+    envelope *= 1.0 + measurement.speed_gain * 2.0 * speed
+    lifted = (1.0 - np.cos(_elevation(q[keep]))) / (1.0 - np.cos(ARTEFACT_FULL))
+    envelope *= 1.0 + (measurement.slope - 1.0) * lifted[:, None]
     raw = measurement.emg_gain * envelope
     raw = raw + raw @ measurement.crosstalk.T
+    beats = 0.5 * (1.0 + np.cos(2.0 * np.pi * HEART_HZ * TICK_S * np.arange(len(raw))))
+    raw = raw + measurement.heart * beats[:, None]
     angles = np.unwrap(pose_to_trial(pose), axis=0)
     force = -_smooth(reaction, FORCE_HZ)[keep]
     return Recording(TICK_S * np.arange(len(pose)), angles, raw, force)
@@ -131,14 +163,12 @@ def _smooth(curves: np.ndarray, cutoff_hz: float) -> np.ndarray:
     return sosfiltfilt(sections, curves, axis=0)
 
 
-def add_noise(recording: Recording, rng: np.random.Generator) -> Recording:
-    """Recording with the errors of one repeat: smooth in time, larger for a lifted scapula."""
+def add_noise(recording: Recording, rng: np.random.Generator, scale: float) -> Recording:
+    """Recording with the errors of one repeat, smooth in time; the girdle scatters by a scale."""
     count = len(recording.time_s)
     phase = np.linspace(0.0, 1.0, count)
     noise = np.deg2rad(ANGLE_NOISE_DEG) * smooth_noise(rng, phase, 10)
-    lifted = np.clip(np.abs(recording.angles_rad[:, 7]) / np.deg2rad(60.0), 0.0, 2.0)
-    scapula = np.deg2rad(SCAPULA_NOISE_DEG) * smooth_noise(rng, phase, 3)
-    noise[:, 3:6] += (0.5 + lifted[:, None]) * scapula
+    noise[:, :6] = scale * np.deg2rad(ANGLE_DEG[:6]) * smooth_noise(rng, phase, 6)
     share = EMG_SHARE_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
     floor = EMG_FLOOR_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
     emg = np.maximum(recording.emg * (1.0 + share) + floor, 0.0)
@@ -159,26 +189,37 @@ def electrode_matrix(names: tuple[str, ...], groups: np.ndarray) -> np.ndarray:
 
 
 def turned_frames(pose: np.ndarray, measurement: Measurement) -> np.ndarray:
-    """Poses (S, 13) as recorded with turned frames and a scapula that its skin does not follow."""
+    """Poses (S, 13) as recorded with turned frames and bones that their skin does not follow."""
     sc, ac, gh = pose[:, :4], pose[:, 4:8], pose[:, 8:12]
     scapula = quaternion_multiply(sc, ac)
     humerus = quaternion_multiply(scapula, gh)
-    elevation = np.arccos(np.clip(quaternion_to_matrix(humerus)[:, 1, 1], -1.0, 1.0))
-    ramp = np.clip((elevation - ARTEFACT_ONSET) / (ARTEFACT_FULL - ARTEFACT_ONSET), 0.0, 1.5)
+    lifted = _elevation(pose) - ARTEFACT_ONSET
+    ramp = np.clip(lifted / (ARTEFACT_FULL - ARTEFACT_ONSET), 0.0, 1.5)
     ramp = ramp**2 * (3.0 - 2.0 * np.minimum(ramp, 1.0))
     moved = measurement.scapula_rad + ramp[:, None] * measurement.artefact_rad
     thorax = rotation_vector_to_quaternion(-measurement.thorax_rad)
-    sc = quaternion_multiply(thorax, sc)
+    # Long axes: x of the clavicle, y of the humerus.
+    axial = curves(np.linspace(0.0, 1.0, len(pose)), measurement.axial_rad)
+    rolled, twisted = (
+        rotation_vector_to_quaternion(axial[:, k, None] * np.eye(3)[k]) for k in range(2)
+    )
+    sc = quaternion_multiply(quaternion_multiply(thorax, sc), rolled)
     scapula = quaternion_multiply(
         quaternion_multiply(thorax, scapula), rotation_vector_to_quaternion(moved)
     )
     humerus = quaternion_multiply(
         quaternion_multiply(thorax, humerus),
-        rotation_vector_to_quaternion(measurement.humerus_rad),
+        quaternion_multiply(twisted, rotation_vector_to_quaternion(measurement.humerus_rad)),
     )
     ac = quaternion_multiply(quaternion_conjugate(sc), scapula)
     gh = quaternion_multiply(quaternion_conjugate(scapula), humerus)
     return np.hstack([*(make_continuous(part) for part in (sc, ac, gh)), pose[:, 12:]])
+
+
+def _elevation(pose: np.ndarray) -> np.ndarray:
+    """Angle (S,) [rad] between the long axes of humerus and thorax."""
+    humerus = quaternion_multiply(quaternion_multiply(pose[:, :4], pose[:, 4:8]), pose[:, 8:12])
+    return np.arccos(np.clip(quaternion_to_matrix(humerus)[:, 1, 1], -1.0, 1.0))
 
 
 def _delayed(envelope: np.ndarray, delay: float) -> np.ndarray:

@@ -15,17 +15,33 @@ from simulated_persons.effects import (
     UNKNOWN,
     Injection,
     frame_misalignment,
+    movement_strategy,
     scapula_sta,
 )
 
 Draw = Callable[[np.random.Generator], Injection]
 # Shares of the kinds among the cases of the design, 144: the actual numbers vary with the seed.
-SHARES = {"null": 0.17, "single": 0.47, "pair": 0.11, "unknown": 0.14, "salted": 0.11}
+SHARES = {
+    "null": 0.17,
+    "single": 0.43,
+    "pair": 0.10,
+    "unknown": 0.12,
+    "salted": 0.10,
+    "strategy": 0.08,
+}
+# How persons meet an effect. ASSUME: most people keep the movement that they are asked for, or do
+# it a little otherwise; few give way as far as effort would have it.
+YIELDS, KEEPS, CHANGES = "yields", "keeps", "changes"
+PERSONS = {YIELDS: 0.3, KEEPS: 0.4, CHANGES: 0.3}
+# Kinds of cases whose persons do not change their movement beside: nothing else is wrong in them.
+UNCHANGED = ("null", "strategy")
+# Share of persons who are recorded with skin markers, which hardly see axial rotation.
+MARKERS_SHARE = 0.5
 SALTS: tuple[Draw | None, ...] = (None, frame_misalignment, scapula_sta)
 TASKS = ("frontal", "scapular", "sagittal")
 # Measurement: with EMG and reference trials, without one of them, without both.
 MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
-WITHOUT_EMG = "measurement/em"
+ON_EMG = ("measurement/em", "measurement/electrode_shift")
 FEWEST_REPEATS, MOST_REPEATS = 3, 5
 # Share of simulated cases whose glenoid is instrumented.
 CONTACT_SHARE = 0.2
@@ -46,6 +62,7 @@ class Plan:
     injections : effects
     emg, contact, reference : what the case contains; repeats : trials per task and side
     faint : the effect may hardly show; otherwise it is drawn again
+    person : of `PERSONS`; markers : on the skin, so that axial rotation is hardly seen
     """
 
     id: str
@@ -61,6 +78,20 @@ class Plan:
     reference: bool
     repeats: int
     faint: bool
+    person: str
+    markers: bool
+
+    @property
+    def otherwise(self) -> bool:
+        """Whether the test movement is done otherwise than the reference."""
+        return self.person == CHANGES or self.kind == "strategy"
+
+    @property
+    def may_show(self) -> bool:
+        """Whether the effect can show: motion does not of a person who keeps it."""
+        recorded = ("input/frame", "measurement", "control/movement")
+        on_record = any(i.label.startswith(recorded) for i in self.injections)
+        return self.person == YIELDS or self.emg or self.contact or on_record
 
 
 def draw_plans(
@@ -82,6 +113,8 @@ def draw_plans(
         if name == "pair":
             chosen = rng.choice(len(LIBRARY_LIKE), size=2, replace=False)
             families: tuple[Draw, ...] = tuple(LIBRARY_LIKE[i] for i in chosen)
+        elif name == "strategy":
+            families = (movement_strategy,)
         else:
             families = next(supply[name]) if name in supply else ()
         plans.append(_plan(rng, name, families, str(rng.choice(participants))))
@@ -92,7 +125,7 @@ def redrawn(plan: Plan, attempt: int) -> Plan:
     """The same case with other amplitudes and another person."""
     seed = plan.seed + attempt
     rng = np.random.default_rng(seed)
-    families = {f.__name__: f for f in (*LIBRARY_LIKE, *UNKNOWN)}
+    families = {f.__name__: f for f in (*LIBRARY_LIKE, *UNKNOWN, movement_strategy)}
     again = tuple(families[i.family](rng) for i in plan.injections)
     return replace(plan, seed=seed, injections=again)
 
@@ -121,10 +154,12 @@ def _plan(
     modes: tuple[tuple[bool, bool, float], ...] = MODES
     if kind == "salted":
         modes = tuple(mode for mode in MODES if not mode[0])
-    elif any(i.label.startswith(WITHOUT_EMG) for i in injections):
+    elif any(i.label.startswith(ON_EMG) for i in injections):
         modes = tuple(mode for mode in MODES if mode[0])
     weights = np.array([mode[2] for mode in modes])
     emg, reference, _ = modes[rng.choice(len(modes), p=weights / weights.sum())]
+    persons = {k: v for k, v in PERSONS.items() if kind not in UNCHANGED or k != CHANGES}
+    person = rng.choice(list(persons), p=np.array(list(persons.values())) / sum(persons.values()))
     order = [str(task) for task in rng.permutation(TASKS)]
     return Plan(
         id=rng.bytes(4).hex(),
@@ -140,4 +175,6 @@ def _plan(
         reference=reference,
         repeats=int(rng.integers(FEWEST_REPEATS, MOST_REPEATS + 1)),
         faint=bool(rng.random() < FAINT_SHARE),
+        person=YIELDS if kind == "salted" else str(person),
+        markers=kind != "salted" and bool(rng.random() < MARKERS_SHARE),
     )

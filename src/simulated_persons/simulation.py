@@ -6,12 +6,16 @@ precedent). The humerus is followed closely; clavicle and scapula give way to ef
 where strength, load and contact let them: they are predicted. In between, activations, fibres and
 skeleton are integrated at 500 Hz by a linearly implicit Euler step.
 
+A person may instead keep a motion whatever acts (:func:`keep`): the skeleton is led along it, and
+only muscles answer.
+
 Letters: N simulations, S control steps, M muscles.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +38,7 @@ HUMERUS_FREQUENCY = 18.0  # rad/s, critically damped
 # Clavicle and scapula weigh little and lie in soft tissue: their wish is a torque, not a motion.
 GIRDLE_STIFFNESS, GIRDLE_DAMPING = 60.0, 4.0  # N m/rad, N m s/rad
 TORQUE_WEIGHT = 2.0  # 1/(N m)^2: the humerus deviates by hundredths of a newton metre
+KEEPING_WEIGHT = 0.2  # 1/(N m)^2, of the girdle where its motion is kept
 SMALLEST_COMPRESSION_N = 80.0
 
 
@@ -61,12 +66,14 @@ class Control:
 class Trace:
     """Simulated motion at the control steps.
 
-    q (S, N, 13); excitation (S, N, M); reaction_N (S, N, 3) of the glenoid on the humeral head.
+    q (S, N, 13); excitation (S, N, M); reaction_N (S, N, 3) of the glenoid on the humeral head;
+    missing_Nm (S, N, 10) torques that were wished and not given.
     """
 
     q: np.ndarray
     excitation: np.ndarray
     reaction_N: np.ndarray  # noqa: N815 - unit
+    missing_Nm: np.ndarray  # noqa: N815 - unit
 
 
 @dataclass
@@ -87,16 +94,36 @@ def simulate(body: Body, control: Control, wish: Wish) -> Trace:
     """Follow a wish from rest at its first pose."""
     state = _rest(body, wish)
     first, _ = _lengths(body, state, None)
-    poses, excitations, reactions = [], [], []
+    rows = []
     for tick in range(wish.count):
+        goal = wish.at(tick)
         length, arms = _lengths(body, state, first)
         line = linearise(body, state.q, state.u)
-        excitation = _decide(body, control, wish.at(tick), state, line, arms)
-        poses.append(state.q.copy())
-        excitations.append(excitation)
-        reactions.append(_reaction(line, arms, state.force))
-        _advance(body, state, line, length, arms, excitation)
-    return Trace(np.array(poses), np.array(excitations), np.array(reactions))
+        excitation, missing = _decide(body, control, goal, state, line, arms)
+        rows.append((state.q.copy(), excitation, _reaction(line, arms, state.force), missing))
+        _advance(body, state, line, length, arms, goal.left * excitation)
+    return _trace(rows)
+
+
+def keep(body: Body, control: Control, wish: Wish) -> Trace:
+    """Do exactly what is wished, as far as torques are concerned that muscles can give."""
+    control = replace(control, girdle_weight=np.full_like(control.girdle_weight, KEEPING_WEIGHT))
+    state = _rest(body, wish)
+    first, _ = _lengths(body, state, None)
+    rows = []
+    for tick in range(wish.count):
+        goal = wish.at(tick)
+        state.q, state.u = goal.pose.copy(), _joint_rates(body, goal)
+        length, arms = _lengths(body, state, first)
+        line = linearise(body, state.q, state.u)
+        excitation, missing = _decide(body, control, goal, state, line, arms)
+        rows.append((state.q, excitation, _reaction(line, arms, state.force), missing))
+        _lead(body, state, length, arms, goal.left * excitation)
+    return _trace(rows)
+
+
+def _trace(rows: Sequence[tuple[np.ndarray, ...]]) -> Trace:
+    return Trace(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def _rest(body: Body, wish: Wish) -> _State:
@@ -158,6 +185,21 @@ def _advance(
         travelled = travelled + h * state.u
 
 
+def _lead(
+    body: Body, state: _State, length: np.ndarray, arms: np.ndarray, excitation: np.ndarray
+) -> None:
+    """Integrate the muscles over one control step of a skeleton that is led."""
+    lengthening = np.einsum("nmk,nk->nm", arms[:, :, :10], state.u)
+    for step in range(1, CONTROL_STEPS + 1):
+        state.activation = activation_step(body.muscles, state.activation, excitation, STEP_S)
+        ahead = length + step * STEP_S * lengthening
+        fibre, state.force, _ = fibre_step(
+            body.muscles, ahead, state.fibre, state.activation, STEP_S
+        )
+        state.fibre_speed = (fibre - state.fibre) / STEP_S
+        state.fibre = fibre
+
+
 def _decide(
     body: Body,
     control: Control,
@@ -165,9 +207,12 @@ def _decide(
     state: _State,
     line: Linearisation,
     arms: np.ndarray,
-) -> np.ndarray:
-    """Excitations (N, M) that bring the activations to the cheapest suitable ones in two steps."""
-    unit = active_force(body.muscles, state.fibre, state.fibre_speed)
+) -> tuple[np.ndarray, np.ndarray]:
+    """Excitations (N, M) that bring the activations to the cheapest suitable ones in two steps.
+
+    Also the torques (N, 10) that they leave to be wished. Of tired muscles a share is left.
+    """
+    unit = goal.left * active_force(body.muscles, state.fibre, state.fibre_speed)
     resting = passive_force(body.muscles, state.fibre)
     acceleration, impedance = _wishes(body, goal, state)
     wished = np.einsum("nkl,nl->nk", line.mass, acceleration) + impedance
@@ -189,15 +234,15 @@ def _decide(
     target, state.multipliers = allocate(problem, state.multipliers)
     # Two steps to get there: what is asked of the muscles within one makes them chatter.
     change = 1.0 - np.exp(-activation_rate(body.muscles, target) * 2.0 * TICK_S)
-    needed = state.activation + (target - state.activation) / change
-    return np.clip(needed, 0.0, 1.0)
+    active = state.activation / goal.left
+    needed = active + (target - active) / change
+    missing = torque - np.einsum("nkm,nm->nk", matrix[:, :10], target)
+    return np.clip(needed, 0.0, 1.0), missing
 
 
 def _wishes(body: Body, goal: Goal, state: _State) -> tuple[np.ndarray, np.ndarray]:
     """Wished accelerations of the speeds and torques of the girdle's impedance, each (N, 10)."""
-    clavicle, scapula, humerus = np.moveaxis(body.forces.dynamics.pose_matrices(state.q), 1, 0)
-    from_sc = np.matmul(humerus.transpose(0, 2, 1), clavicle)
-    from_ac = np.matmul(humerus.transpose(0, 2, 1), scapula)
+    from_sc, from_ac = _into_humerus(body, state.q)
     u = state.u
     carried = _apply(from_sc, u[:, :3]) + _apply(from_ac, u[:, 3:6])
     error = goal.errors(state.q)
@@ -208,6 +253,21 @@ def _wishes(body: Body, goal: Goal, state: _State) -> tuple[np.ndarray, np.ndarr
     wanted[:, 6:] += HUMERUS_FREQUENCY**2 * error[:, 6:] + 2.0 * HUMERUS_FREQUENCY * slip[:, 6:]
     wanted[:, 6:9] -= _apply(from_sc, wanted[:, :3]) + _apply(from_ac, wanted[:, 3:6])
     return wanted, impedance
+
+
+def _joint_rates(body: Body, goal: Goal) -> np.ndarray:
+    """Speeds (N, 10) of the joints of a wish, whose humerus is led against the thorax."""
+    from_sc, from_ac = _into_humerus(body, goal.pose)
+    rate = goal.rate.copy()
+    rate[:, 6:9] -= _apply(from_sc, goal.rate[:, :3]) + _apply(from_ac, goal.rate[:, 3:6])
+    return rate
+
+
+def _into_humerus(body: Body, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations (N, 3, 3) from axes of the clavicle, and of the scapula, into the humerus."""
+    clavicle, scapula, humerus = np.moveaxis(body.forces.dynamics.pose_matrices(q), 1, 0)
+    back = humerus.transpose(0, 2, 1)
+    return np.matmul(back, clavicle), np.matmul(back, scapula)
 
 
 def _shear_rows(control, state, line, arms, unit, resting) -> tuple[np.ndarray, np.ndarray]:

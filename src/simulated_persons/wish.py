@@ -21,13 +21,15 @@ class Goal:
     """Wish of one moment.
 
     pose (N, 13); humerus (N, 4) in the thorax; rate and acceleration (N, 10) of clavicle and
-    scapula joints, of the humerus against the thorax and of the elbow, in child axes.
+    scapula joints, of the humerus against the thorax and of the elbow, in child axes. left (N, M):
+    share of each muscle's active force that has not tired.
     """
 
     pose: np.ndarray
     humerus: np.ndarray
     rate: np.ndarray
     acceleration: np.ndarray
+    left: np.ndarray
 
     def errors(self, q: np.ndarray) -> np.ndarray:
         """Rotations (N, 10) [rad] from poses (N, 13) to the wish, in child axes."""
@@ -39,12 +41,18 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """Wished motion: pose (S, N, 13), humerus (S, N, 4), rate and acceleration (S, N, 10)."""
+    """Wished motion: pose (S, N, 13), humerus (S, N, 4), rate and acceleration (S, N, 10).
+
+    tired (S, N): how far muscles are on their way from fresh to the end of a trial; end (N, M):
+    share of their active force left there.
+    """
 
     pose: np.ndarray
     humerus: np.ndarray
     rate: np.ndarray
     acceleration: np.ndarray
+    tired: np.ndarray
+    end: np.ndarray
 
     @property
     def count(self) -> int:
@@ -53,16 +61,18 @@ class Wish:
 
     def at(self, tick: int) -> Goal:
         """Wish of one control step."""
-        return Goal(self.pose[tick], self.humerus[tick], self.rate[tick], self.acceleration[tick])
+        left = 1.0 - self.tired[tick][:, None] * (1.0 - self.end)
+        moving = self.rate[tick], self.acceleration[tick]
+        return Goal(self.pose[tick], self.humerus[tick], *moving, left)
 
 
-def make_wish(pose: np.ndarray, step: float) -> Wish:
-    """Wish from poses (S, N, 13) at a time step [s]."""
+def make_wish(pose: np.ndarray, step: float, tired: np.ndarray, end: np.ndarray) -> Wish:
+    """Wish from poses (S, N, 13) at a time step [s]; muscles tire as :class:`Wish` says."""
     humerus = make_continuous(humerus_of(pose))
     parts = (pose[..., :4], pose[..., 4:8], humerus)
     elbow = np.gradient(pose[..., 12:], step, axis=0)
     rate = np.concatenate([*(_angular_velocity(p, step) for p in parts), elbow], axis=-1)
-    return Wish(pose, humerus, rate, np.gradient(rate, step, axis=0))
+    return Wish(pose, humerus, rate, np.gradient(rate, step, axis=0), tired, end)
 
 
 def humerus_of(q: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ import numpy as np
 from simulated_persons.effects import Injection, co_contraction, frame_misalignment
 from simulated_persons.generate import Recordings, case_key, load_study, recorded_cases, write_case
 from simulated_persons.observation import Recording
-from simulated_persons.plan import Plan
+from simulated_persons.plan import YIELDS, Plan
 
 PARTICIPANT = "par2"
 # Every fourth of the simulated frames is kept, 25 Hz: what people do lies below 6 Hz.
@@ -50,6 +50,8 @@ def plan(name: str, seed: int, injections: tuple[Injection, ...], **changes) -> 
         reference=True,
         repeats=2,
         faint=True,  # drawn once, whatever shows
+        person=YIELDS,
+        markers=False,
     )
     return replace(base, **changes)
 

@@ -6,10 +6,15 @@ What is allowed to change them is said in ``README.md``.
 import copy
 import json
 from pathlib import Path
+from shutil import copytree
+from types import SimpleNamespace
 
 import pytest
+from cached_equations import built_equations
 from golden.answers import CASES, NAMES, RESULT, answer, differences
 
+from scapulohumeral.gap.nominal import participant_model
+from scapulohumeral.gap.nominal.participant_model import FORMULATION
 from scapulohumeral.gap.result import read_result
 
 pytestmark = pytest.mark.unit
@@ -17,8 +22,17 @@ pytestmark = pytest.mark.unit
 
 @pytest.fixture(scope="session")
 def model_cache(pytestconfig: pytest.Config) -> Path:
-    """Where models are kept between test runs, under the hash of all they are made from."""
-    return pytestconfig.cache.mkdir("gap_models")
+    """Where models are kept between test runs, under the hash of all they are made from.
+
+    Equations there are those of the other tests: building them takes a minute.
+    """
+    cache = pytestconfig.cache.mkdir("gap_models")
+    built = built_equations(FORMULATION, pytestconfig.cache.mkdir("equations"))
+    copied = SimpleNamespace(save=lambda target: copytree(built, target, dirs_exist_ok=True))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(participant_model.compiled, "build", lambda name: copied)
+        participant_model.cached_equations(cache)
+    return cache
 
 
 @pytest.mark.parametrize("name", NAMES)

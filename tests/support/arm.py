@@ -12,17 +12,6 @@ from scipy.spatial.transform import Rotation
 
 SEGMENTS = ("clavicle", "scapula", "humerus", "forearm")
 SEQUENCES = ("YZX", "YZX", "YZY")
-# The curve constants of a model record.
-HILL_RECORD = {
-    "f_gauss": 0.25,
-    "k_pe": 5.0,
-    "epsilon_m0": 0.6,
-    "d1": -0.318,
-    "d2": -8.149,
-    "d3": -0.374,
-    "d4": 0.886,
-    "v_max": 10.0,
-}
 
 
 def parameters(**changes) -> dict:

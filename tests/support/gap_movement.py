@@ -18,9 +18,11 @@ from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import no_drive
+from scapulohumeral.gap.nominal.force_levers import ALONG
 from scapulohumeral.gap.nominal.optimal_movement import EXCITATION_EFFORT, Movement
 from scapulohumeral.gap.settings import (
     GapSettings,
+    JointSpread,
     ModelSpread,
     NoisePrior,
     SessionSpread,
@@ -38,13 +40,14 @@ SETTINGS = GapSettings(
     short_list=3,
     refits=1,
     signature_error=0.2,
-    temperature=1.0,
     prior_no_gap=0.2,
     prior_none=0.1,
+    prior_moved=0.1,
+    calibration="gap/calibration.json",
     null_bank="gap/no_bank.json",
     geometry={},
     session=SessionSpread(0.05, 0.005, 0.5, 2.0, 0.3, 5.0),
-    noise=NoisePrior(1.0, 0.01, 20.0, 3.0),
+    noise=NoisePrior(JointSpread(1.0, 1.0, 1.0, 1.0), [0.01, 0.005], 0.01, 0.0, 20.0, 3.0),
     model=ModelSpread(4.0, 0.08, 150.0, 0.5),
     weights={},
 )
@@ -66,7 +69,15 @@ def small_body() -> Body:
         tendon_load=np.linspace(0.1, 0.5, 3 * (NODES - 1)).reshape(-1, 3),
         gh_elevation_rad=np.linspace(0.3, 1.2, NODES - 1),
         gh_lift=np.tile([1.0, 0.0, 0.0], (NODES - 1, 1)),
+        levers={
+            point: np.random.default_rng(k).normal(0.0, 0.01, (NODES - 1, 13, 3))
+            for k, point in enumerate(ALONG)
+        },
+        pull=np.random.default_rng(2).normal(0.0, 0.01, (NODES - 1, 13, 3)),
         external_Nm=np.zeros((NODES - 1, 10)),
+        external_N=np.zeros((NODES - 1, 3)),
+        stability=1.0,
+        rates=1.0,
     )
 
 

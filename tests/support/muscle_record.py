@@ -1,8 +1,12 @@
-"""The parts of a model record that muscle parameters and groups are read from."""
+"""A model record with the muscles that the study's EMG channels see."""
+
+from dataclasses import replace
 
 import numpy as np
-from arm import HILL_RECORD
 from emg_study import CHANNELS
+from skeleton import muscle, skeleton_record
+
+from scapulohumeral.model.record import ModelRecord
 
 # Every element of every channel, and a muscle that no channel sees.
 ELEMENTS = {
@@ -14,19 +18,11 @@ ELEMENTS = {
 } | {"supra_1": "supra"}
 
 
-def muscle_record() -> dict:
+def muscle_record() -> ModelRecord:
     """Muscles of different sizes, by the names of the study's channels."""
     sizes = np.linspace(1.0, 2.0, len(ELEMENTS))
-    muscles = [
-        {
-            "name": name,
-            "group": group,
-            "max_isometric_force_N": 100.0 * size,
-            "optimal_fibre_length_m": 0.1 * size,
-            "tendon_slack_length_m": 0.05 * size,
-            "activation_time_s": 0.01 * size,
-            "deactivation_time_s": 0.04 * size,
-        }
+    muscles = tuple(
+        muscle(name, group=group, size=float(size))
         for (name, group), size in zip(ELEMENTS.items(), sizes, strict=True)
-    ]
-    return {"muscles": muscles, "constants": {"hill": HILL_RECORD}}
+    )
+    return replace(skeleton_record(), muscles=muscles)

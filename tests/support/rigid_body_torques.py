@@ -5,7 +5,6 @@ States are joint angles, rates and accelerations (P, 10). Torques (P, 10) are co
 angles, computed in both formulations.
 """
 
-import json
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from cached_equations import cached_equations
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
+from scapulohumeral.model.record import read_record
 from scapulohumeral.model.rotations import JOINT_SEQUENCES, euler_rate_jacobian, trial_to_pose
 
 THORAX = {"centre_m": [0.0, 0.0, 0.0], "radii_m": [1.0, 1.0, 1.0]}  # without contact of no effect
@@ -42,7 +42,7 @@ def angle_torques(angles, torque):
 
 
 def main(folder, record, states, output):
-    values = unpack(dynamics_parameters(json.loads(record.read_text()), THORAX, 0.0))
+    values = unpack(dynamics_parameters(read_record(record), THORAX, 0.0))
     p = pack({**values, **RIGID})
     with np.load(states) as data:
         angles, rates, accelerations = (data[k] for k in ("angles", "rates", "accelerations"))

@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
-STRAIGHT = [0.0, 0.0, 0.0]
+from places import REPOSITORY
+
+from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.constants import read_constants
+from scapulohumeral.model.record import (
+    ConoidRecord,
+    CoordinateRecord,
+    JointRecord,
+    ModelRecord,
+    MuscleRecord,
+    PointRecord,
+    SegmentRecord,
+    WrapRecord,
+)
+from scapulohumeral.model.rotations import ANGLE_NAMES
+
+CONSTANTS, _ = read_constants(REPOSITORY / "config/model/constants.yaml")
+STRAIGHT = (0.0, 0.0, 0.0)
 # A sphere in the thorax, far from the bones.
 BALL = {"centre": [0.3, 0.2, 0.1], "radius": 0.05}
 LANDMARKS = {
@@ -27,56 +44,92 @@ LANDMARKS = {
 }  # fmt: skip
 
 
-def muscle(name: str, *points: tuple[str, list[float]], wraps: tuple[str, ...] = ()) -> dict:
-    """A muscle element through points of bodies."""
-    path = [{"body": body, "location_m": location} for body, location in points]
-    return {"name": name, "group": name.rstrip("_1"), "points": path, "wraps": list(wraps)}
+def joint(location: Sequence[float], orientation: Sequence[float] = STRAIGHT) -> JointRecord:
+    """A joint of the chain."""
+    return JointRecord("parent", "child", tuple(location), tuple(orientation))
 
 
-def skeleton_record() -> dict[str, Any]:
-    """The parts of a model record that say where bones and muscles are."""
+def muscle(
+    name: str,
+    *points: tuple[str, Sequence[float]],
+    wraps: tuple[str, ...] = (),
+    group: str | None = None,
+    size: float = 1.0,
+) -> MuscleRecord:
+    """A muscle element through points of bodies; all its numbers grow with `size`."""
+    return MuscleRecord(
+        name=name,
+        group=name.rstrip("_1") if group is None else group,
+        max_isometric_force_N=100.0 * size,
+        optimal_fibre_length_m=0.1 * size,
+        tendon_slack_length_m=0.05 * size,
+        activation_time_s=0.01 * size,
+        deactivation_time_s=0.04 * size,
+        points=tuple(PointRecord(body, tuple(location)) for body, location in points),
+        wraps=wraps,
+    )
+
+
+def surface(
+    name: str, kind: str, body: str, centre: Sequence[float], *dimensions: float
+) -> WrapRecord:
+    """A surface along the axes of its body, not flattened."""
+    scaled = dimensions if kind == "ellipsoid" else None
+    return WrapRecord(
+        name, kind, body, tuple(map(float, centre)), STRAIGHT, "all", dimensions, scaled
+    )
+
+
+def skeleton_record() -> ModelRecord:
+    """A model record in round numbers."""
     offsets = {
         "sc1": [0.02, 0.01, 0.0], "ac1": [0.15, 0.0, 0.0], "gh1": [0.0, -0.05, 0.0],
         "hu": [0.0, -0.3, 0.0], "ur": [0.01, -0.02, 0.0], "rc": [0.0, -0.23, 0.0],
     }  # fmt: skip
+    masses = {
+        "clavicle_r": 0.2, "scapula_r": 0.7, "humerus_r": 2.0, "ulna_r": 0.6, "radius_r": 0.6,
+        "hand_r": 0.5,
+    }  # fmt: skip
     x, y, z = BALL["centre"]
-    beside, radius = 2.0 * BALL["radius"], BALL["radius"]
-    return {
-        "participant": "par9",
-        "body_mass_kg": 80.0,
-        "joints": {
-            name: {"location_m": offset, "orientation_rad": STRAIGHT}
-            for name, offset in offsets.items()
+    beside = 2.0 * BALL["radius"]
+    return ModelRecord(
+        schema="model/1",
+        participant="par9",
+        masses="published",
+        choices=ModelChoices(),
+        body_mass_kg=80.0,
+        body_mass_source="participant",
+        gravity_mps2=CONSTANTS.gravity.vector_mps2,
+        segments={
+            name: SegmentRecord(mass, (0.0, -0.08, 0.0), (4e-3, 1e-3, 4e-3, 0.0, 0.0, 0.0))
+            for name, mass in masses.items()
         },
-        "axes": {"EL_x": [1.0, 0.0, 0.0], "PS_y": [0.0, 1.0, 0.0]},
-        "pronation_rad": 0.0,
-        "segments": {"hand_r": {"com_m": [0.0, -0.08, 0.0]}},
-        "markers": {
-            name: {"body": body, "location_m": location}
+        joints={name: joint(offset) for name, offset in offsets.items()},
+        axes={"EL_x": (1.0, 0.0, 0.0), "PS_y": (0.0, 1.0, 0.0)},
+        coordinates={name: CoordinateRecord(-0.2, 0.6, 0.0) for name in ANGLE_NAMES},
+        girdle_range_rad=dict.fromkeys(ANGLE_NAMES[:6], (-0.2, 0.6)),
+        pronation_rad=0.0,
+        markers={
+            name: PointRecord(body, tuple(location))
             for body, markers in LANDMARKS.items()
             for name, location in markers.items()
         },
-        "constants": {
-            "glenoid": {
-                "inferior_inclination_deg": 6.5,
-                "anterior_version_deg": 13.0,
-                "superior_inferior_factor": 0.31,
-            }
-        },
-        "wrap_objects": [
-            {"name": "inf_sup_sub", "type": "sphere", "body": "humerus_r",
-             "translation_m": STRAIGHT, "dimensions_m": [0.02]},
-            {"name": "ball", "type": "sphere", "body": "thorax",
-             "translation_m": BALL["centre"], "dimensions_m": [radius]},
-            {"name": "elbow", "type": "cylinder", "body": "ulna_r",
-             "translation_m": STRAIGHT, "dimensions_m": [0.02, 0.05]},
-        ],
-        "muscles": [
+        conoid=ConoidRecord(
+            "clavicle_r", (0.1, 0.0, 0.0), "scapula_r", (0.0, 0.0, 0.1), 1e4, 1e-3, 0.02
+        ),
+        muscles=(
             muscle("trapezius_1", ("thorax", [0.0, 0.05, 0.1]), ("scapula_r", [-0.1, 0.0, 0.02])),
             muscle("deltoid_1", ("scapula_r", [0.0, 0.0, 0.03]), ("humerus_r", [0.02, -0.15, 0])),
             muscle("biceps_1", ("scapula_r", [0.0, -0.04, 0.0]), ("humerus_r", [0.0, -0.1, -0.03]),
                    ("radius_r", [0.0, -0.04, 0.0]), wraps=("elbow",)),
             muscle("round_1", ("thorax", [x - beside, y + 0.001, z]),
                    ("thorax", [x + beside, y + 0.001, z]), wraps=("ball",)),
-        ],
-    }  # fmt: skip
+        ),
+        wrap_objects=(
+            surface("inf_sup_sub", "sphere", "humerus_r", STRAIGHT, 0.02),
+            surface("ball", "sphere", "thorax", BALL["centre"], BALL["radius"]),
+            surface("elbow", "cylinder", "ulna_r", STRAIGHT, 0.02, 0.05),
+        ),
+        published_thorax_ellipsoid=None,
+        constants=CONSTANTS,
+    )  # fmt: skip

@@ -1,8 +1,12 @@
 """The small model as a stage sees it: a participant's model and a problem posed from it."""
 
+from dataclasses import replace
+
 import numpy as np
+from skeleton import CONSTANTS, muscle, skeleton_record
 from small_arm import NAMES, STEP, small_forces, small_motion, small_muscles, small_parameters
 
+from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.problems.model_files import ShoulderModel
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -11,11 +15,7 @@ from scapulohumeral.problems.posed_problem import (
     make_objective,
 )
 
-GLENOID = {
-    "inferior_inclination_deg": 6.0,
-    "anterior_version_deg": -3.0,
-    "superior_inferior_factor": 0.31,
-}
+GLENOID = Glenoid(6.0, -3.0, 0.31)
 WEIGHTS = {
     "trajectory_quaternion": 200.0,
     "trajectory_euler": 50.0,
@@ -39,8 +39,11 @@ class SmallModel(ShoulderModel):
 
 def small_model(equations) -> SmallModel:
     """The small model on given equations; each muscle is a group of its own."""
-    muscles = [{"name": name, "group": name} for name in NAMES]
-    record = {"constants": {"glenoid": GLENOID}, "muscles": muscles}
+    record = replace(
+        skeleton_record(),
+        constants=replace(CONSTANTS, glenoid=GLENOID),
+        muscles=tuple(muscle(name, group=name) for name in NAMES),
+    )
     return SmallModel(record, {}, small_forces(equations))
 
 

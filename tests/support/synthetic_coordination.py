@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from places import REPOSITORY
-from synthetic_study import MUSCLES, model_record, write_json
+from synthetic_study import MUSCLES, write_json, write_model
 
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
 from scapulohumeral.model.muscle_paths.pose_region import Region
@@ -184,7 +184,7 @@ def _with_predictions(
         solutions.append(parent / f"{name}.npz")
         document = {**solution.header, "certificate": proof}
         summaries.append(write_json(parent / f"{name}.summary.json", document))
-    model = write_json(folder / f"prediction/{participant}.json", model_record(participant))
+    model = write_model(folder / f"prediction/{participant}.json", participant)
     tables = folder / "prediction/summary.csv", folder / "prediction/shr.csv"
     motions = []
     for solution in tracked:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from places import REPOSITORY
-from skeleton import muscle, skeleton_record
+from skeleton import joint, muscle, skeleton_record
 
 from scapulohumeral.model.participant import read_motion
+from scapulohumeral.model.record import ModelRecord, write_record
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.solution import Solution, write_solution
 from scapulohumeral.quantities.tracking_metrics import tracking_metrics
@@ -102,35 +104,28 @@ def history() -> list[dict]:
     ]
 
 
-def model_record(participant: str) -> dict:
-    """The parts of a model record that the report and the export read."""
-    shares = {"upper_arm": 0.0271, "forearm": 0.0162, "hand": 0.0061}
-    bones = skeleton_record()
+def model_record(participant: str) -> ModelRecord:
+    """A model record of a heavy arm with the muscles of the solutions."""
     straight = ("scapula_r", [0.0, 0.0, 0.03]), ("humerus_r", [0.02, -0.15, 0.0])
-    joint = {"location_m": [0.14, 0.0, 0.0], "orientation_rad": [0.0, 0.0, 0.0]}
-    return {
-        **bones,
-        "participant": participant,
-        "masses": "published",
-        "body_mass_kg": 83.0,
-        "body_mass_source": "mean of the participants",
-        "segments": {
-            "humerus_r": {"mass_kg": 6.7},
-            "ulna_r": {"mass_kg": 1.8},
-            "radius_r": {"mass_kg": 1.8},
-            "hand_r": {"mass_kg": 1.7, **bones["segments"]["hand_r"]},
-        },
-        "joints": {**bones["joints"], "ac1": joint},
-        "conoid": {"stiffness_N_per_m": 1e4},
-        "pronation_rad": 2.0 * np.pi / 3.0,
-        "muscles": [{**muscle(name, *straight), "group": g} for name, g in MUSCLES.items()],
-        "constants": {
-            **bones["constants"],
-            "anthropometry": {
-                f"{sex}_{k}": v for sex in ("male", "female") for k, v in shares.items()
-            },
-        },
-    }
+    bones = skeleton_record().with_masses(
+        {"humerus_r": 6.7, "ulna_r": 1.8, "radius_r": 1.8, "hand_r": 1.7}
+    )
+    return replace(
+        bones,
+        participant=participant,
+        body_mass_kg=83.0,
+        body_mass_source="mean of the participants",
+        joints={**bones.joints, "ac1": joint([0.14, 0.0, 0.0])},
+        pronation_rad=2.0 * np.pi / 3.0,
+        muscles=tuple(muscle(name, *straight, group=g) for name, g in MUSCLES.items()),
+    )
+
+
+def write_model(path: Path, participant: str) -> Path:
+    """Write that model record."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_record(model_record(participant), path)
+    return path
 
 
 def thorax_record(participant: str) -> dict:
@@ -197,7 +192,7 @@ def write_study(folder: Path, runs: list[Solution]) -> ReportFiles:
         summary=summary,
         solutions=solutions,
         summaries=summaries,
-        models=[write_json(models / f"{p}.json", model_record(p)) for p in people],
+        models=[write_model(models / f"{p}.json", p) for p in people],
         thoraxes=[write_json(models / f"{p}_thorax.json", thorax_record(p)) for p in people],
         participants=[PARTICIPANTS / person / "participant.yaml" for person in people],
         geometry_quality=tables,

@@ -1,5 +1,6 @@
 """The workflow is complete, well formed, and refuses a wrong configuration before it runs."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -70,6 +71,24 @@ def test_participants_may_be_anywhere(repository: Path, tmp_path: Path) -> None:
     assert "reports/annie.html" in done.stdout
     assert "left out: calibration and validation" in done.stdout
     assert "par2" not in done.stdout
+
+
+def test_real_cases_need_recordings_and_nothing_else_does(snakemake: Run, tmp_path: Path) -> None:
+    """Markers are converted once, each case is diagnosed, and the folder is asked for by name."""
+    tables = ("results/gap/real/effect.csv", "results/gap/real/no_effect.csv")
+    refused = snakemake("--dry-run", *tables)
+    assert refused.returncode != 0
+    assert "make real RECORDINGS=FOLDER" in refused.stdout
+    names = [f"{t}{load}{r}.csv" for t in ("ABD", "FLX", "SHRUG") for load in "02" for r in "123"]
+    files = [f"hand_load/{name}" for name in names] + ["arm_support/kinova_martin_tete_f3_1.c3d"]
+    for name in files:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    planned = snakemake("--dry-run", "--forceall", *tables, "--config", f"recordings={tmp_path}")
+    assert planned.returncode == 0, planned.stdout
+    for rule, count in (("convert_real_recordings", 1), ("tabulate_real_cases", 2)):
+        assert re.search(rf"^{rule} +{count}$", planned.stdout, re.MULTILINE)
+    assert "solve_prediction" not in planned.stdout
 
 
 def test_lint_finds_nothing(snakemake: Run) -> None:

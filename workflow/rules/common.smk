@@ -124,21 +124,11 @@ def emg_results(pattern):
 VARIANTS = variants.named_variants(config["variants"])
 
 
-def variant_model_of(variant):
-    """Name of the model of a variant, None where it is the study's own."""
-    return variants.model_name(config["model"], VARIANTS[variant].model)
-
-
-def model_choices(name):
-    """Choices of a model by its name."""
-    return dict(zip(config["model"], name.split("-"), strict=True))
-
-
 def variant_files(wildcards):
     """Model, muscle geometry and arm of a variant."""
     participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
-    own = variant_model_of(wildcards.variant)
-    geometry = geometry_model(variant)
+    own = variants.model_name(config["model"], variant.model)
+    geometry = variants.geometry_name(config["model"], variant)
     files = {
         "model": (
             f"results/variants/models/{own}/{participant}.json"
@@ -154,18 +144,6 @@ def variant_files(wildcards):
     if variant.problem.get("arm", "own") == "published":
         files["arm"] = published_composite(participant)
     return files
-
-
-def geometry_model(variant):
-    """Model whose muscle paths a variant has: the study's, but for the surface under serratus.
-
-    None where the paths are the study's own; on the published arm they never are, because that arm
-    goes where the recorded one does not.
-    """
-    path = {**config["model"], **variant.model}["serratus_path"]
-    if path == config["model"]["serratus_path"] and variant.problem.get("arm") != "published":
-        return None
-    return "-".join({**config["model"], "serratus_path": path}.values())
 
 
 def published_composite(participant):
@@ -197,11 +175,10 @@ def variant_scalers(wildcards):
 def variant_results(pattern):
     """Paths of all configured predictions of variants."""
     return [
-        path
-        for variant, people in config["variants"]["predict"].items()
-        for participant, conditions in people.items()
-        if participant in config["participants"]
-        for path in expand(pattern, variant=variant, participant=participant, condition=conditions)
+        pattern.format(variant=variant, participant=participant, condition=condition)
+        for variant, participant, condition in variants.predicted(
+            config["variants"], config["participants"]
+        )
     ]
 
 
@@ -289,6 +266,12 @@ def blind_scores():
     """Committed score cards of blind cases, the latest draw last; none where no gap is diagnosed."""
     cards = Path("reports/blind_scores").glob("*.json")
     return sorted(map(str, cards)) if config["diagnose"] else []
+
+
+def real_case_tables():
+    """The committed table of cases of known cause, where there is one and gaps are diagnosed."""
+    made = Path("reports/real_cases.csv")
+    return [str(made)] if made.is_file() and config["diagnose"] else []
 
 
 def tracking_results(pattern):

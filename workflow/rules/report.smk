@@ -72,6 +72,7 @@ rule render_report:
             participant=lookup(within=config, dpath="diagnose"),
         ),
         blind_scores=blind_scores(),
+        real_cases=real_case_tables(),
         # The report lists the assumptions that comments and texts in these files mark.
         sources=sorted(
             str(path)

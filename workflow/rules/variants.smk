@@ -11,7 +11,7 @@ use rule build_participant_model as build_variant_model with:
     benchmark:
         "results/benchmarks/build_variant_model/{model}_{participant}.jsonl"
     params:
-        choices=lambda wildcards: model_choices(wildcards.model),
+        choices=lambda wildcards: variants.choices_of(config["model"], wildcards.model),
     message:
         "Model {wildcards.model} of participant {wildcards.participant}"
 

@@ -1,6 +1,5 @@
 """Rule build_participant_model: scale the model to a participant. Runs opensim."""
 
-import json
 from pathlib import Path
 
 from _log import log_to_file
@@ -10,6 +9,7 @@ log_to_file(snakemake)
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.opensim_model import model_record, participant_model, write_osim
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.record import write_record
 from scapulohumeral.model.tables import read_tables
 
 tables = read_tables(Path(snakemake.input.tables[0]).parent)
@@ -19,5 +19,5 @@ choices = read_choices(snakemake.params.choices)
 
 model = participant_model(tables, participant, choices)
 record = model_record(model, participant, tables, choices)
-Path(snakemake.output.model).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+write_record(record, Path(snakemake.output.model))
 write_osim(model, Path(snakemake.output.osim))

@@ -1,6 +1,5 @@
 """Rule sample_muscle_geometry: muscle lengths and their gradients at random poses. Runs opensim."""
 
-import json
 from pathlib import Path
 
 from _log import log_to_file
@@ -15,13 +14,14 @@ from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_an
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import followed_poses
+from scapulohumeral.model.record import read_record
 from scapulohumeral.model.rotations import trial_to_pose
 
 settings = snakemake.params
 folder = Path(snakemake.input.participant).parent
 participant = read_participant(folder.parent, folder.name)
-record = json.loads(Path(snakemake.input.model).read_text(encoding="utf-8"))
-muscles = [muscle["name"] for muscle in record["muscles"]]
+record = read_record(Path(snakemake.input.model))
+muscles = list(record.muscle_names)
 count = settings.poses + settings.held_out_poses
 angles = draw_sample_angles(
     participant,

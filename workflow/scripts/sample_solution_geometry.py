@@ -1,6 +1,5 @@
 """Rule sample_solution_geometry: OpenSim's muscle lengths along a prediction. Runs opensim."""
 
-import json
 from pathlib import Path
 
 from _log import log_to_file
@@ -11,9 +10,10 @@ import numpy as np
 import opensim
 
 from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
+from scapulohumeral.model.record import read_record
 
-record = json.loads(Path(snakemake.input.model).read_text(encoding="utf-8"))
-muscles = [muscle["name"] for muscle in record["muscles"]]
+record = read_record(Path(snakemake.input.model))
+muscles = list(record.muscle_names)
 with np.load(snakemake.input.poses) as data:
     poses = data["pose"]
 samples = sample_geometry(opensim.Model(snakemake.input.osim), poses, muscles)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -14,8 +13,10 @@ from pydantic_core import ErrorDetails
 
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.fields import Section
+from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.configuration.sensitivity import Sensitivity
+from scapulohumeral.documents import expected, read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.provenance import CONFIG_FOLDER
 
@@ -24,10 +25,10 @@ STUDY = CONFIG_FOLDER / "config.yaml"
 BLIND = CONFIG_FOLDER / "gap" / "blind.yaml"
 BENCH = CONFIG_FOLDER / "bench.yaml"
 SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
+REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
 
 LONGEST_EXAMPLE = 200
-# How the library begins to say what it expects.
-SHOULD = re.compile(r"^(Input|Value|String|List|Dictionary) should( be| have)?")
+REMEDY = "Expected a YAML file of the configuration."
 
 Kind = TypeVar("Kind", bound=Section)
 Place = Sequence[str | int]
@@ -41,7 +42,7 @@ def read_config(path: Path = STUDY) -> dict[str, Any]:
     ------
     ConfigError                      it cannot be read, or a value is refused
     """
-    content = read_yaml(path)
+    content = read_yaml(path, REMEDY)
     check_config(content, f"{path}, ")
     return content
 
@@ -58,30 +59,34 @@ def check_config(content: Any, file: str = "") -> None:
 
 def read_blind(path: Path = BLIND) -> BlindBenchmark:
     """How blind cases are drawn."""
-    return checked(BlindBenchmark, read_yaml(path), f"{path}, ", BLIND)
+    return checked(BlindBenchmark, read_yaml(path, REMEDY), f"{path}, ", BLIND)
 
 
 def read_bench(path: Path = BENCH) -> SolverBenchmark:
     """How the solver is measured."""
-    return checked(SolverBenchmark, read_yaml(path), f"{path}, ", BENCH)
+    return checked(SolverBenchmark, read_yaml(path, REMEDY), f"{path}, ", BENCH)
 
 
 def read_sensitivity(path: Path = SENSITIVITY) -> Sensitivity:
     """What is changed in one prediction to see how far it depends on it."""
-    return checked(Sensitivity, read_yaml(path), f"{path}, ", SENSITIVITY)
+    return checked(Sensitivity, read_yaml(path, REMEDY), f"{path}, ", SENSITIVITY)
 
 
-def read_yaml(path: Path) -> Any:
-    """Content of a YAML file.
+def read_real_cases(path: Path = REAL_CASES) -> RealCases:
+    """Which cases of known cause are diagnosed.
 
     Raises
     ------
-    ConfigError                      it cannot be read
+    ConfigError                      a key is refused, or a case names a person that is not there
     """
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: {error}. Expected a YAML file of the configuration.") from error
+    found = checked(RealCases, read_yaml(path, REMEDY), f"{path}, ", REAL_CASES)
+    for name, case in found.cases.items():
+        if case.person not in found.people:
+            raise ConfigError(
+                f"Configuration, {path}, key 'cases.{name}.person': '{case.person}'; expected one "
+                f"of {', '.join(found.people)}. Correct the name, or describe the person."
+            )
+    return found
 
 
 def checked(kind: type[Kind], content: Any, file: str, example: Path) -> Kind:
@@ -129,27 +134,21 @@ def _sentence(kind: type[Section], error: ErrorDetails, file: str, example: Path
     if error["type"] == "unexpected_keyword_argument":
         close = get_close_matches(name, allowed, 1)
         meant = f" Did you mean '{close[0]}'?" if close else ""
-        reason = f"no such key.{meant} Keys there are: {', '.join(allowed)}."
+        fault = f"no such key.{meant} Keys there are: {', '.join(allowed)}."
         place = [*place[:-1], *(close or allowed[:1])]
         here = _described(whole, place)
     elif error["type"] == "missing":
-        reason = "is missing; it is required."
+        fault = "is missing; it is required."
     else:
-        reason = f"{error['input']!r}; {_expected(error)}."
-    return f"{where}: {reason} {_remedy(here, place, example)}".rstrip()
-
-
-def _expected(error: ErrorDetails) -> str:
-    """What would be allowed, in plain words."""
-    said = error["msg"].removeprefix("Value error, ").replace(" after validation", "")
-    return SHOULD.sub("expected", said)
+        fault = f"{error['input']!r}; {expected(error)}."
+    return f"{where}: {fault} {_remedy(here, place, example)}".rstrip()
 
 
 def _remedy(here: Schema, place: Place, example: Path) -> str:
     """Meaning of a key, and its line in the committed file."""
     meaning = here.get("description")
     text = f"Meaning: {meaning}" if meaning else ""
-    value = _value(read_yaml(example), place)
+    value = _value(read_yaml(example, REMEDY), place)
     if value is None:
         return text
     line = yaml.safe_dump(

@@ -436,3 +436,7 @@ class StudyConfig(Section):
         key("Participants whose recorded elevations are diagnosed for the report [no unit]."),
         Once,
     ]
+    recordings: Annotated[
+        str,
+        key("Folder of the recordings of gap/real_cases.yaml, or none [no unit].", min_length=1),
+    ] = "none"

@@ -39,7 +39,7 @@ from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 class _State:
     """Quantities of one evaluation point, shared by forces and derivatives.
 
-    ``kept`` holds those that derivatives alone need, once one of them did.
+    ``derived`` holds those that derivatives alone need, once one of them did.
     """
 
     q: np.ndarray
@@ -55,7 +55,7 @@ class _State:
     y_rate: np.ndarray
     length: np.ndarray
     velocity: np.ndarray
-    kept: dict[str, np.ndarray] = field(default_factory=dict)
+    derived: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -251,10 +251,10 @@ class MuscleForces:
 
     def _translation_gradient(self, s: _State) -> np.ndarray:
         """Gradients of D f, shape (N, 3, M, Nq)."""
-        if "translation" not in s.kept:
+        if "translation" not in s.derived:
             flat = _contract(self._translation, s.gradient)
-            s.kept["translation"] = flat.reshape(len(flat), 3, -1, flat.shape[2])
-        return s.kept["translation"]
+            s.derived["translation"] = flat.reshape(len(flat), 3, -1, flat.shape[2])
+        return s.derived["translation"]
 
     @cached_property
     def _latest(self) -> list[_State]:
@@ -319,11 +319,11 @@ class MuscleForces:
 
     def _rate_gradient(self, s: _State) -> np.ndarray:
         """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
-        if "rate" not in s.kept:
+        if "rate" not in s.derived:
             jdot = self.features.directional(s.q, s.rate)
             d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(s.u))
-            s.kept["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
-        return s.kept["rate"]
+            s.derived["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
+        return s.derived["rate"]
 
     def _arm_derivative(self, s: _State, tension: np.ndarray) -> np.ndarray:
         """sum_m F_m d(arms)/dq at constant F, shape (N, K, Nq)."""

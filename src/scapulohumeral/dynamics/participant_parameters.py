@@ -13,6 +13,7 @@ import numpy as np
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, pack
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     euler_to_quaternion,
@@ -28,7 +29,7 @@ REST_COORDINATES = {
 
 
 def dynamics_parameters(
-    record: Mapping[str, Any], thorax: Mapping[str, Any], hand_load_kg: float
+    record: ModelRecord, thorax: Mapping[str, Any], hand_load_kg: float
 ) -> Array:
     """Parameter vector (P,) of a participant with a hand load.
 
@@ -38,74 +39,73 @@ def dynamics_parameters(
     thorax : fitted thorax ellipsoid, keys ``centre_m`` and ``radii_m``
     hand_load_kg : point mass at the mass centre of the hand [kg]
     """
-    constants, joints, segments = record["constants"], record["joints"], record["segments"]
-    contact, conoid = constants["scapulothoracic_contact"], record["conoid"]
-    passive = constants["passive_joint"]
+    constants, joints, segments = record.constants, record.joints, record.segments
+    contact, conoid = constants.scapulothoracic_contact, record.conoid
+    passive = constants.passive_joint
     mass, com, inertia, hand = forearm(record)
-    points = [record["markers"][name]["location_m"] for name in contact["points"]]
+    points = [record.markers[name].location_m for name in contact.points]
     values: dict[str, Any] = {
-        "gravity": record["gravity_mps2"],
-        "offset_SC": joints["sc1"]["location_m"],
-        "offset_AC": joints["ac1"]["location_m"],
-        "offset_GH": joints["gh1"]["location_m"],
-        "offset_EL": joints["hu"]["location_m"],
+        "gravity": record.gravity_mps2,
+        "offset_SC": joints["sc1"].location_m,
+        "offset_AC": joints["ac1"].location_m,
+        "offset_GH": joints["gh1"].location_m,
+        "offset_EL": joints["hu"].location_m,
         "axis_EL": elbow_axis(record),
         "mass_forearm": mass,
         "com_forearm": com,
         "inertia_forearm": inertia,
         "mass_load": hand_load_kg,
         "com_load": hand,
-        "conoid_origin": conoid["origin_m"],
-        "conoid_insertion": conoid["insertion_m"],
-        "conoid_length": conoid["length_m"],
-        "conoid_stiffness": conoid["stiffness_N_per_m"],
-        "conoid_eps": conoid["eps_m"],
+        "conoid_origin": conoid.origin_m,
+        "conoid_insertion": conoid.insertion_m,
+        "conoid_length": conoid.length_m,
+        "conoid_stiffness": conoid.stiffness_N_per_m,
+        "conoid_eps": conoid.eps_m,
         "contact_TS": points[0],
         "contact_AI": points[1],
         "thorax_centre": thorax["centre_m"],
         "thorax_radii": thorax["radii_m"],
-        "contact_stiffness": contact["stiffness_N_per_m"],
-        "contact_eps": contact["eps"],
-        "joint_stiffness": [passive["k1_Nm_per_rad"]] * 4,
+        "contact_stiffness": contact.stiffness_N_per_m,
+        "contact_eps": contact.eps,
+        "joint_stiffness": [passive.k1_Nm_per_rad] * 4,
         # The study's springs are linear; the authors' are a choice of the problem.
         "spring_torque": [0.0] * 4,
-        "joint_damping": [passive["b_Nms_per_rad"]] * 4,
-        "stop_stiffness": passive["k2_Nm_per_rad2"],
-        "stop_eps": passive["eps_rad"],
+        "joint_damping": [passive.b_Nms_per_rad] * 4,
+        "stop_stiffness": passive.k2_Nm_per_rad2,
+        "stop_eps": passive.eps_rad,
         **girdle_range(record),
         **rest_pose(record),
     }
     for name in ("clavicle", "scapula", "humerus"):
         segment = segments[f"{name}_r"]
-        values[f"mass_{name}"] = segment["mass_kg"]
-        values[f"com_{name}"] = segment["com_m"]
-        values[f"inertia_{name}"] = segment["inertia_kgm2"]
+        values[f"mass_{name}"] = segment.mass_kg
+        values[f"com_{name}"] = segment.com_m
+        values[f"inertia_{name}"] = segment.inertia_kgm2
     return pack(values)
 
 
-def girdle_range(record: Mapping[str, Any]) -> dict[str, list[float]]:
+def girdle_range(record: ModelRecord) -> dict[str, list[float]]:
     """Least and largest angles of the sternoclavicular and acromioclavicular joints [rad]."""
     return {
         f"range_{end}_{joint}": [
-            record["girdle_range_rad"][name][place] for name in REST_COORDINATES[joint]
+            record.girdle_range_rad[name][place] for name in REST_COORDINATES[joint]
         ]
         for joint in GIRDLE_JOINTS
         for place, end in enumerate(("least", "largest"))
     }
 
 
-def elbow_axis(record: Mapping[str, Any]) -> Array:
+def elbow_axis(record: ModelRecord) -> Array:
     """Unit flexion axis in the humerus frame, shape (3,)."""
-    axis = _fixed_rotation(record, "hu") @ np.array(record["axes"]["EL_x"])
+    axis = _fixed_rotation(record, "hu") @ np.array(record.axes["EL_x"])
     return axis / np.linalg.norm(axis)
 
 
-def rest_pose(record: Mapping[str, Any]) -> dict[str, Any]:
+def rest_pose(record: ModelRecord) -> dict[str, Any]:
     """Rest orientations of the passive joint springs: the middle of each coordinate's range."""
-    coordinates = record["coordinates"]
 
     def middle(name: str) -> float:
-        return 0.5 * (coordinates[name]["min_rad"] + coordinates[name]["max_rad"])
+        return 0.5 * (record.coordinates[name].min_rad + record.coordinates[name].max_rad)
 
     rest: dict[str, Any] = {"rest_EL": middle("EL_x")}
     for joint in BALL_JOINTS:
@@ -116,18 +116,16 @@ def rest_pose(record: Mapping[str, Any]) -> dict[str, Any]:
     return rest
 
 
-def forearm(record: Mapping[str, Any]) -> tuple[float, Array, Array, Array]:
+def forearm(record: ModelRecord) -> tuple[float, Array, Array, Array]:
     """Mass [kg], mass centre [m], inertia (xx yy zz xy xz yz) [kg m^2] and hand centre [m].
 
     All in the forearm frame; inertia about the common mass centre.
     """
     parts = []
     for segment, (origin, rotation) in forearm_frames(record).items():
-        body = record["segments"][segment]
-        centre = origin + rotation @ np.array(body["com_m"])
-        parts.append(
-            (body["mass_kg"], centre, rotation @ _matrix(body["inertia_kgm2"]) @ rotation.T)
-        )
+        body = record.segments[segment]
+        centre = origin + rotation @ np.array(body.com_m)
+        parts.append((body.mass_kg, centre, rotation @ _matrix(body.inertia_kgm2) @ rotation.T))
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
     inertia = np.zeros((3, 3))
@@ -137,27 +135,27 @@ def forearm(record: Mapping[str, Any]) -> tuple[float, Array, Array, Array]:
     return mass, com, inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], parts[-1][1]
 
 
-def forearm_frames(record: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:
+def forearm_frames(record: ModelRecord) -> dict[str, tuple[Array, Array]]:
     """Where ulna, radius and hand are in the forearm: origin (3,) [m] and rotation (3, 3)."""
     rotation, origin = _fixed_rotation(record, "hu"), np.zeros(3)
-    spin = _axis_rotation(np.array(record["axes"]["PS_y"]), record["pronation_rad"])
+    spin = _axis_rotation(np.array(record.axes["PS_y"]), record.pronation_rad)
     frames = {"ulna_r": (origin, rotation)}
     for segment, joint, turn in (("radius_r", "ur", spin), ("hand_r", "rc", np.eye(3))):
-        origin = origin + rotation @ np.array(record["joints"][joint]["location_m"])
+        origin = origin + rotation @ np.array(record.joints[joint].location_m)
         rotation = rotation @ _fixed_rotation(record, joint) @ turn
         frames[segment] = (origin, rotation)
     return frames
 
 
-def muscle_parameters(record: Mapping[str, Any]) -> MuscleParameters:
+def muscle_parameters(record: ModelRecord) -> MuscleParameters:
     """Generic muscle parameters of a participant: scaled, with full capacity."""
-    muscles, hill = record["muscles"], record["constants"]["hill"]
+    muscles, hill = record.muscles, record.constants.hill
 
     def column(key: str) -> Array:
-        return np.array([muscle[key] for muscle in muscles])
+        return np.array([getattr(muscle, key) for muscle in muscles])
 
     return MuscleParameters(
-        names=tuple(muscle["name"] for muscle in muscles),
+        names=record.muscle_names,
         max_isometric_force=column("max_isometric_force_N"),
         optimal_fibre_length=column("optimal_fibre_length_m"),
         tendon_slack_length=column("tendon_slack_length_m"),
@@ -165,21 +163,21 @@ def muscle_parameters(record: Mapping[str, Any]) -> MuscleParameters:
         deactivation_time=column("deactivation_time_s"),
         capacity=np.ones(len(muscles)),
         constants=HillConstants(
-            gaussian_width=hill["f_gauss"],
-            passive_stiffness=hill["k_pe"],
-            passive_strain=hill["epsilon_m0"],
-            d1=hill["d1"],
-            d2=hill["d2"],
-            d3=hill["d3"],
-            d4=hill["d4"],
-            max_velocity=hill["v_max"],
+            gaussian_width=hill.f_gauss,
+            passive_stiffness=hill.k_pe,
+            passive_strain=hill.epsilon_m0,
+            d1=hill.d1,
+            d2=hill.d2,
+            d3=hill.d3,
+            d4=hill.d4,
+            max_velocity=hill.v_max,
         ),
     )
 
 
-def _fixed_rotation(record: Mapping[str, Any], joint: str) -> Array:
+def _fixed_rotation(record: ModelRecord, joint: str) -> Array:
     """Rotation of a joint's frame in its parent body (frame-fixed x-y-z angles)."""
-    x, y, z = record["joints"][joint]["orientation_rad"]
+    x, y, z = record.joints[joint].orientation_rad
     matrix = np.eye(3)
     for axis, angle in ((0, x), (1, y), (2, z)):
         matrix = matrix @ _axis_rotation(np.eye(3)[axis], angle)

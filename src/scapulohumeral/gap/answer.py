@@ -12,6 +12,7 @@ import pandas as pd
 from scapulohumeral.gap.curve_files import (
     ControlsRow,
     ErrorsRow,
+    HypothesesRow,
     RobustnessRow,
     table_of,
 )
@@ -21,11 +22,9 @@ from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
-from scapulohumeral.gap.explained import controls, shrinkage
-from scapulohumeral.gap.isolation import candidates, detectability, isolability, posterior
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.judgement import Judged, robustness
+from scapulohumeral.gap.judgement import Judged, hypotheses_rows, motion_is_told, robustness
 from scapulohumeral.gap.output.tables import (
     amplitude_table,
     enters_table,
@@ -49,6 +48,7 @@ from scapulohumeral.gap.result import (
     Status,
     describe_inputs,
 )
+from scapulohumeral.gap.verdict import candidates, detectability, isolability, posterior
 
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
@@ -100,8 +100,9 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     robust, variants = (None, []) if not found.present else robustness(evidence, found.judged)
     gap = _gap(found)
     regions, entering = _regions(found)
-    explained, without_cause = _explained(found)
-    status, why = _status(robust, found.present)
+    done = found.judged.explained
+    explained = None if done is None else done.shrinkage
+    status, why = _status(robust, found)
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
     warnings += _remarks(found, explained)
@@ -126,10 +127,10 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         robustness=robust,
         warnings=tuple(warnings),
         curves={
-            "shows": shows_table(evidence.residual, found.map, halves),
+            "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
             **_tables_of_causes(evidence, found.judged),
-            **_only_with_a_gap(variants, without_cause),
+            **_only_with_a_gap(variants, [] if done is None else done.controls),
         },
     )
 
@@ -143,19 +144,10 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
         judged.p,
         judged.groups,
         {judged.best.label: judged.agreement},
-        (judged.squares.whole, left),
-        evidence.settings.temperature,
+        evidence.residual,
+        left,
+        evidence.settings.weighing.temperature,
     )
-
-
-def _explained(found: Findings) -> tuple[Shrinkage | None, list[ControlsRow]]:
-    """How far the gap shrinks by the best cause, and by controls; nothing without a gap."""
-    if not found.present:
-        return None, []
-    evidence, error = found.evidence, found.evidence.settings.signature_error
-    c, trials, seed = evidence.residual, evidence.trials, found.case.seed
-    explained = shrinkage(found.judged.best, c, trials, error, seed)
-    return explained, controls(c, trials, evidence.unknown_inputs, error, seed)
 
 
 def _next_trial(found: Findings) -> NextTrial | None:
@@ -166,15 +158,15 @@ def _next_trial(found: Findings) -> NextTrial | None:
     return isolability.next_trial(
         judged.likely,
         judged.groups[0],
-        found.evidence.residual,
+        found.evidence.residuals[judged.best.moved_deg],
         settings.signature_error,
-        settings.temperature,
+        settings.weighing.temperature,
     )
 
 
 def _regions(found: Findings) -> tuple[Regions, list[EnteringCurve]]:
     """Both maps, and the curves of the second; regions only if there is a gap."""
-    c, alpha = found.evidence.residual, found.evidence.settings.alpha
+    c, alpha = found.evidence.cautious, found.evidence.settings.alpha
     enters, entering = entered_regions(
         c, found.evidence.unknown_inputs, found.halves, alpha, found.case.seed
     )
@@ -205,7 +197,9 @@ def _gap(found: Findings) -> Gap:
         floor_source=evidence.noise.source,
         size=gap_size(c, sides(c, records), found.case.seed),
         no_cost=no_cost(evidence.signatures, emg, records.sensors),
-        smallest_detectable=detectability.smallest_detectable(found.judged.fits, c, families),
+        smallest_detectable=detectability.smallest_detectable(
+            list(evidence.known.values())[-1], c, families
+        ),
     )
 
 
@@ -216,7 +210,10 @@ def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFr
         "signature": signature_table(c, best),
         "isolability": isolability_table(judged.likely, judged.apart),
         "amplitude": amplitude_table(best, judged.by_task),
-        "factors": factors_table(c, judged.fits, evidence.settings.signature_error),
+        "factors": factors_table(
+            evidence.residuals, judged.fits, evidence.settings.signature_error
+        ),
+        "hypotheses": table_of(HypothesesRow, hypotheses_rows(judged)),
         "errors": table_of(ErrorsRow, _errors(evidence, best)),
     }
 
@@ -225,6 +222,7 @@ def _errors(evidence: Evidence, best: Fit) -> list[ErrorsRow]:
     """What was found most probable of the person and of the errors that are assumed."""
     return [
         ErrorsRow(error="stiffness", value=best.hypothesis.stiffness),
+        ErrorsRow(error="other_movement_deg", value=best.moved_deg),
         ErrorsRow(error="session_share", value=evidence.session_share),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
     ]
@@ -247,6 +245,11 @@ def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
     if found.present and not found.map.standing_out:
         remarks.append(
             "no channel stands out by itself: regions are those above 5 % point by point"
+        )
+    if not motion_is_told(found.evidence):
+        remarks.append(
+            "motion alone: people keep a movement against what acts on the body, which then does "
+            "not show; EMG or joint force would tell"
         )
     if not found.records.reference:
         remarks.append("no reference trials: errors of the model itself lower all confidence")
@@ -273,8 +276,10 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
     return remarks
 
 
-def _status(robust: Robustness | None, present: bool) -> tuple[Status, str]:
-    if present and robust is not None and robust.agree < STABLE * robust.cells:
+def _status(robust: Robustness | None, found: Findings) -> tuple[Status, str]:
+    if found.judged.undecided:
+        return "abstained", found.judged.undecided
+    if found.present and robust is not None and robust.agree < STABLE * robust.cells:
         return "abstained", (
             f"the most probable cause holds in {robust.agree} of {robust.cells} variants only"
         )

@@ -37,6 +37,7 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
         case.channels,
         case.participant.neighbours,
         case.has_contact,
+        referenced=bool(case.reference),
     )
     return library(setup)
 
@@ -77,13 +78,15 @@ def assemble(
         signatures = tuple(of_task.of_residual() for of_task in signatures)
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
-    if not noise.degrees:
+    if noise.source != "repeats":
         warnings.append("no task was repeated: noise levels are those of the configuration")
     whole, trials = differences(records, signatures, noise, functions)
-    reserved = settings.prior_no_gap + settings.prior_none
+    reserved = settings.prior_no_gap + settings.prior_none + settings.prior_moved
     single = priors.priors(effects, reserved)
+    stiffnesses = STIFFNESSES if records.reference else STIFFNESSES[:1]
     evidence = Evidence(
-        residual=whole,
+        residuals={0.0: whole},
+        cautious=whole,
         trials=trials,
         noise=noise,
         effects=effects,
@@ -94,12 +97,10 @@ def assemble(
         referenced=bool(records.reference),
         session_share=1.0,
         settings=settings,
-        fits_by_stiffness=(),
+        known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},
+        fits={},
     )
-    stiffnesses = STIFFNESSES if records.reference else STIFFNESSES[:1]
-    return most_probable(
-        evidence, {f: _linearised(effects, functions, signatures, f) for f in stiffnesses}
-    )
+    return most_probable(evidence)
 
 
 def _respond_or_reason(*job: Any) -> TaskSignatures | SolveError:
@@ -116,10 +117,12 @@ def _linearised(
     stiffness: float,
 ) -> tuple[Hypothesis, ...]:
     """All effects at the nominal solutions."""
-    kept = [of_task.effects[STIFFNESSES.index(stiffness)] for of_task in signatures]
+    every = [of_task.effects[STIFFNESSES.index(stiffness)] for of_task in signatures]
     found = []
     for i, effect in enumerate(effects):
-        slope = compress([changes[i] for changes in kept], functions)
+        slope = compress([changes[i] for changes in every], functions)
         nothing, off = np.zeros((len(slope), 1)), np.zeros(slope.shape[1])
-        found.append(Hypothesis((effect,), off, nothing, slope, stiffness))
+        # However firmly a movement is kept, the record of it is the same.
+        kept = stiffness if effect.changes_body else STIFFNESSES[0]
+        found.append(Hypothesis((effect,), off, nothing, slope, kept))
     return tuple(found)

@@ -118,8 +118,9 @@ class RobustnessRow(NamedTuple):
 class ErrorsRow(NamedTuple):
     """What is most probable of the person and the errors.
 
-    Firmness with which the person keeps a movement, share of what sessions are assumed to change,
-    signature error.
+    Stiffness with which the person keeps a movement and standard deviation of another movement
+    [deg], both beside the best effect; share of what sessions are assumed to change, signature
+    error.
     """
 
     error: str
@@ -131,6 +132,18 @@ class BaselinesRow(NamedTuple):
 
     method: str
     label: str
+
+
+class HypothesesRow(NamedTuple):
+    """What the probability of an answer was made of, in natural logarithms.
+
+    `log_predictive` is the sum over tasks of their density given the others; None with one task.
+    """
+
+    label: str
+    log_prior: float
+    log_evidence: float
+    log_predictive: float | None
 
 
 # Rows of each table; `phase_percent` runs from 0 to 100 over the movement.
@@ -146,6 +159,7 @@ ROWS: dict[str, type[NamedTuple]] = {
     "robustness": RobustnessRow,
     "errors": ErrorsRow,
     "baselines": BaselinesRow,
+    "hypotheses": HypothesesRow,
 }
 TABLES: dict[str, tuple[str, ...]] = {name: row._fields for name, row in ROWS.items()}
 

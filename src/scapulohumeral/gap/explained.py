@@ -12,8 +12,9 @@ Letters: D coefficients, P parameters, T tasks, L test trials.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,11 @@ from scapulohumeral.gap.isolation.channel_gains import (
     expected_left,
     predicted_change,
 )
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.model_error import SignatureError, change_error
+from scapulohumeral.gap.isolation.movement import expected_movement_left, predicted_movement
+from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.recording.observables import channel_kind, channel_unit
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.residual import Residual
@@ -44,11 +48,59 @@ REDUCIBLE = 0.05
 PLACEBOS = 3
 
 
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """How far the gap shrinks by the best cause, and by controls without any."""
+
+    shrinkage: Shrinkage
+    controls: list[ControlsRow]
+
+
+def explain(chosen: Fit, evidence: Evidence, seed: int) -> Explained:
+    """How far the gap shrinks by a fit; `seed` is that of bootstraps and placebos."""
+    error = evidence.settings.signature_error
+    c, trials = evidence.residual, evidence.trials
+    return Explained(
+        shrinkage(_predictor(chosen, evidence), c, trials, seed),
+        controls(c, trials, evidence.unknown_inputs, error, seed),
+    )
+
+
+class Predictor(NamedTuple):
+    """How a cause is fitted to some differences and predicts the others.
+
+    `change`: of all tasks (D,), from training differences; `left`: covariance of what that leaves
+    of tasks not trained on.
+    """
+
+    change: Callable[[Residual], np.ndarray]
+    left: Callable[[Residual], np.ndarray]
+
+
+def _predictor(chosen: Fit, evidence: Evidence) -> Predictor:
+    """Of an effect, or of another movement; fitted under the supposition that suits it best."""
+    same, supposed = evidence.residual, evidence.residuals[chosen.moved_deg]
+    if chosen.label == MOVED:
+        return Predictor(
+            lambda training: predicted_movement(same, supposed, training),
+            lambda training: expected_movement_left(same, supposed, training),
+        )
+    error, hypothesis = evidence.settings.signature_error, chosen.hypothesis
+
+    def under(training: Residual) -> Residual:
+        part = supposed.part(training.tasks)
+        return replace(part, delta=training.delta)
+
+    return Predictor(
+        lambda training: predicted_change(hypothesis, under(training), supposed, error),
+        lambda training: expected_left(hypothesis, under(training), supposed, error),
+    )
+
+
 def shrinkage(
-    chosen: Fit,
+    predictor: Predictor,
     residual: Residual,
     trials: Sequence[TrialDifference],
-    relative_error: float,
     seed: int,
 ) -> Shrinkage:
     """Shares of the reducible gap that an effect removes, from least to most demanding.
@@ -57,17 +109,12 @@ def shrinkage(
 
     Parameters
     ----------
-    chosen : effect, fitted to everything
-    residual : mean differences of all tasks
+    predictor : of the effect
+    residual : mean differences of all tasks, if the movement was the same
     trials : differences of single test trials
-    relative_error : of signatures
     seed : of the bootstrap
     """
-    hypothesis = chosen.hypothesis
-
-    def change(training: Residual) -> np.ndarray:
-        return predicted_change(hypothesis, training, residual, relative_error)
-
+    change = predictor.change
     fitted = change(residual)
     splits: dict[str, list[tuple[Residual, np.ndarray]]] = {"in_sample": [], "new_task": []}
     left = []
@@ -78,7 +125,7 @@ def shrinkage(
         if others:
             training = residual.part(others)
             splits["new_task"].append((part, change(training)[rows]))
-            left.append(expected_left(hypothesis, training, residual, relative_error))
+            left.append(predictor.left(training))
     splits["held_out_trial"] = _held_out(change, residual, trials)
     counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
     shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}

@@ -1,29 +1,40 @@
-"""All hypotheses judged: their probabilities, what can be told apart, how robust the verdict is."""
+"""All hypotheses judged: probabilities, what can be told apart, whether the first is proven."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.curve_files import (
-    RobustnessRow,
-)
-from scapulohumeral.gap.detection import null_bank as null_bank
-from scapulohumeral.gap.isolation import doubts, isolability, posterior
+from scapulohumeral.gap.curve_files import HypothesesRow, RobustnessRow
+from scapulohumeral.gap.explained import Explained, explain
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
+from scapulohumeral.gap.isolation.held_out import log_predictive, log_predictive_of_others
 from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
-from scapulohumeral.gap.labels import NO_GAP, NONE
+from scapulohumeral.gap.isolation.movement import movement_fit
+from scapulohumeral.gap.isolation.search import Explanations
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
-from scapulohumeral.gap.result import (
-    Robustness,
-)
+from scapulohumeral.gap.result import Robustness
+from scapulohumeral.gap.verdict import isolability, posterior
+from scapulohumeral.gap.verdict.posterior import Posterior, Score
+from scapulohumeral.gap.weighing import Weighing
 
+# Labels so many units of weighed evidence below the first are not asked to predict held-out tasks:
+# no other task could make up for it.
+HOPELESS = 12.0
 # Effects among which variants choose.
 COMPARED_VARIANTS = 15
+# Level at which tasks contradict each other about an amplitude.
+DISAGREEING = 0.01
+# Kinds of channels by which an effect on the body is told from another movement.
+TELLING = ("emg", "contact_force")
+NOT_TOLD = (
+    "motion alone cannot tell another movement from what acts on the body: people keep a movement "
+    "against it, or choose another. Record EMG or joint force"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,63 +43,146 @@ class Judged:
 
     Attributes
     ----------
-    fits : of all hypotheses; squares : of the difference
+    fits : of all hypotheses, another movement included
+    scores : behind the probabilities, of "none" and "no_gap" as well
     best : the most probable fit; likely : fits that are not negligible
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
+    explained : how far the best shrinks the gap; None without a gap
+    undecided : why no cause is named; empty if one is
     """
 
     fits: Sequence[Fit]
-    squares: doubts.Squares
+    scores: dict[str, Score]
     best: Fit
-    p: posterior.Posterior
+    p: Posterior
     likely: list[Fit]
     apart: np.ndarray
     groups: list[list[str]]
     agreement: float | None
     by_task: list[tuple[str, float, float]]
+    explained: Explained | None
+    undecided: str
 
 
-def judge(evidence: Evidence, fits: Sequence[Fit], present: bool, inflation: float) -> Judged:
-    """Hypotheses with their probabilities; `inflation` is what effect-free cases ask for."""
-    c, error = evidence.residual, evidence.settings.signature_error
-    squares = squares_of(c, inflation)
-    p = _posterior(evidence, fits, present, squares)
+def judge(
+    evidence: Evidence, found: Explanations, present: bool, weighing: Weighing, seed: int
+) -> Judged:
+    """Hypotheses with their probabilities, and what speaks against naming the first."""
+    others = evidence.others()
+    fits = [*found.integrated]
+    if MOVED in others:
+        fits.append(movement_fit(evidence.residuals, others[MOVED]))
+    scores = _scores(evidence, found, fits, others, weighing)
+    told = motion_is_told(evidence)
+    silent = posterior.no_gap_range(present, evidence.referenced, told, weighing)
+    p = posterior.posterior(scores, weighing, silent)
+    best = next(f for f in fits if f.label == p.first)
+    c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
+    agreement, by_task = _agreement(best, c, error)
+    explained = explain(best, evidence, seed) if present else None
+    undecided = ""
+    if present:
+        unproven = _unproven(explained, agreement)
+        undecided = unproven or _untold(evidence, p)
+        p = p.doubted(best.label) if unproven else p
     likely = isolability.likely(fits, p)
-    apart = isolability.separability(likely, c, error, evidence.settings.temperature)
-    best = max(fits, key=lambda f: p.labels[f.label])
-    agreement, by_task = task_agreement(best.hypothesis, c, error)
+    apart = isolability.separability(likely, c, error, weighing.temperature)
     groups = isolability.classes(likely, apart)
-    return Judged(fits, squares, best, p, likely, apart, groups, agreement, by_task)
-
-
-def squares_of(c: Residual, inflation: float) -> doubts.Squares:
-    """Sums of squares of a residual, with the factor that effect-free cases ask for."""
-    white = c.whiten(c.delta)
-    return doubts.Squares(
-        whole=float(white @ white),
-        expected=float(len(white)),
-        excess=inflation,
+    return Judged(
+        fits, scores, best, p, likely, apart, groups, agreement, by_task, explained, undecided
     )
 
 
-def _posterior(
-    evidence: Evidence, fits: Sequence[Fit], present: bool, squares: doubts.Squares
-) -> posterior.Posterior:
-    c, settings = evidence.residual, evidence.settings
-    found = posterior.posterior(
-        fits,
-        {
-            NONE: unknown_input_evidence(c, evidence.unknown_inputs.columns),
-            NO_GAP: no_gap_evidence(c),
-        },
-        {**evidence.prior, NONE: settings.prior_none, NO_GAP: settings.prior_no_gap},
-        settings.temperature,
-        posterior.no_gap_range(present, evidence.referenced),
-        squares if present else None,
-    )
-    return posterior.perhaps_misled(found, evidence.prior) if present else found
+def _scores(
+    evidence: Evidence,
+    found: Explanations,
+    fits: Sequence[Fit],
+    others: dict[str, float],
+    weighing: Weighing,
+) -> dict[str, Score]:
+    """What is known of each label, of "none" and of "no_gap"."""
+    settings = evidence.settings
+    prior = {
+        **evidence.prior,
+        NONE: settings.prior_none,
+        NO_GAP: settings.prior_no_gap,
+        MOVED: settings.prior_moved,
+    }
+    logs = {**{f.label: f.log_evidence for f in fits}, **others}
+    scores = {label: Score(float(np.log(prior[label])), log, None) for label, log in logs.items()}
+    if len(evidence.residual.tasks) < 2:
+        return scores
+    weights = {f.label: scores[f.label].log_weight(weighing) for f in found.integrated}
+    hopeful = {label for label, w in weights.items() if w > max(weights.values()) - HOPELESS}
+    predictive = {
+        **log_predictive(
+            [f for f in found.every if f.label in hopeful],
+            evidence.residuals,
+            evidence.suppositions,
+            settings.signature_error,
+        ),
+        **log_predictive_of_others(evidence.residuals, evidence.unknown_inputs.columns),
+    }
+    # What was not asked predicts no better than the worst that was.
+    least = min(predictive.values())
+    return {
+        label: replace(score, log_predictive=predictive.get(label, least))
+        for label, score in scores.items()
+    }
+
+
+def _agreement(
+    best: Fit, c: Residual, error: float
+) -> tuple[float | None, list[tuple[str, float, float]]]:
+    """Whether all tasks ask for one amplitude; another movement may differ between them."""
+    if best.label == MOVED:
+        return None, []
+    return task_agreement(best.hypothesis, c, error)
+
+
+def _unproven(explained: Explained | None, agreement: float | None) -> str:
+    """Why the first cause is not named, by data that it was not fitted to; empty if it is."""
+    if explained is None:
+        return ""
+    shares = explained.shrinkage
+    held_out = shares.new_task or shares.held_out_trial
+    if held_out is not None and held_out.value <= 0.0:
+        where = "task" if shares.new_task else "trial"
+        return (
+            f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
+        )
+    if agreement is not None and agreement < DISAGREEING:
+        return f"tasks ask for different amplitudes of the most probable cause (p {agreement:.1g})"
+    return ""
+
+
+def _untold(evidence: Evidence, p: Posterior) -> str:
+    """Why motion alone cannot name the first cause; empty if it can, or there is more."""
+    if not evidence.referenced or motion_is_told(evidence):
+        return ""
+    acting = {e.label for e in evidence.effects if e.changes_body}
+    first = p.first.split(" + ")
+    return NOT_TOLD if p.first == MOVED or acting & set(first) else ""
+
+
+def motion_is_told(evidence: Evidence) -> bool:
+    """Whether something beside motion is compared, which tells what a movement was done with."""
+    return bool({kind.name for kind in evidence.residual.kinds} & set(TELLING))
+
+
+def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:
+    """What the probabilities were made of, for whoever calibrates them."""
+    return [
+        HypothesesRow(
+            label=label,
+            log_prior=score.log_prior,
+            log_evidence=score.log_evidence,
+            log_predictive=score.log_predictive,
+        )
+        for label, score in judged.scores.items()
+    ]
 
 
 def robustness(evidence: Evidence, judged: Judged) -> tuple[Robustness, list[RobustnessRow]]:
@@ -96,23 +190,45 @@ def robustness(evidence: Evidence, judged: Judged) -> tuple[Robustness, list[Rob
 
     Every effect is fitted anew where it was linearised last, which costs no solve.
     """
-    c, error = evidence.residual, evidence.settings.signature_error
-    weighing = evidence.prior, evidence.settings.temperature
-    cells = {f"signature error x {factor}": (c, factor * error) for factor in (0.5, 1.0, 2.0)}
+    error = evidence.settings.signature_error
+    base = evidence.residuals
+    cells = {f"signature error x {factor}": (base, factor * error) for factor in (0.5, 1.0, 2.0)}
     for factor in (0.5, 2.0):
-        cells[f"noise x {factor}"] = (replace(c, covariance=factor * c.covariance), error)
-    for task in c.tasks if len(c.tasks) > 1 else ():
-        cells[f"without {task}"] = (c.part([other for other in c.tasks if other != task]), error)
+        scaled = {s: replace(c, covariance=factor * c.covariance) for s, c in base.items()}
+        cells[f"noise x {factor}"] = (scaled, error)
+    tasks = evidence.residual.tasks
+    for task in tasks if len(tasks) > 1 else ():
+        rest = [other for other in tasks if other != task]
+        cells[f"without {task}"] = ({s: c.part(rest) for s, c in base.items()}, error)
     alone = [f for f in judged.fits if len(f.hypothesis.effects) == 1]
-    less_probable = posterior.most_probable(alone, *weighing, judged.squares, COMPARED_VARIANTS)
+    rivals = sorted(alone, key=lambda f: -judged.p.labels[f.label])[:COMPARED_VARIANTS]
     family = [(e.side, e.family) for e in judged.best.hypothesis.effects]
     rows = []
     for name, (variant, relative) in cells.items():
-        kept = c.rows(variant.tasks)
-        again = [fit(rival.hypothesis.part(kept), variant, relative) for rival in less_probable]
-        squares = squares_of(variant, judged.squares.excess)
-        [first] = posterior.most_probable(again, *weighing, squares, 1)
-        [winner] = first.hypothesis.effects
-        agrees = (winner.side, winner.family) in family
-        rows.append(RobustnessRow(cell=name, verdict=winner.label, agrees=agrees))
+        winner = max(rivals, key=lambda f: _again(f, evidence, judged, variant, relative))
+        [effect] = winner.hypothesis.effects
+        agrees = (effect.side, effect.family) in family
+        rows.append(RobustnessRow(cell=name, verdict=effect.label, agrees=agrees))
     return Robustness(len(rows), sum(row.agrees for row in rows)), rows
+
+
+def _again(
+    first: Fit,
+    evidence: Evidence,
+    judged: Judged,
+    variant: Mapping[float, Residual],
+    relative: float,
+) -> float:
+    """Log evidence and prior of an effect in a variant, under its most probable supposition.
+
+    What other suppositions add is taken from the fit to everything.
+    """
+    prior = judged.scores[first.label].log_prior
+    c, whole = variant[first.moved_deg], evidence.residuals[first.moved_deg]
+    if first.label == MOVED:
+        return prior + first.log_evidence - no_gap_evidence(whole) + no_gap_evidence(c)
+    rows = whole.rows(c.tasks)
+    error = evidence.settings.signature_error
+    alone = fit(first.hypothesis, whole, error).log_evidence
+    again = fit(first.hypothesis.part(rows), c, relative).log_evidence
+    return prior + first.log_evidence - alone + again

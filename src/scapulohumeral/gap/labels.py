@@ -17,6 +17,8 @@ def matches(label: str, truth: str) -> bool:
 
 
 NONE, NO_GAP = "none", "no_gap"
+# The movement was done differently: no cause that acts on body or record.
+MOVED = "control/movement_strategy"
 
 
 # Between the two effects of a pair.

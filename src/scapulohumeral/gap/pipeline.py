@@ -10,7 +10,6 @@ Letters: T tasks, N nodes, K channels, D coefficients.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
 
 from scapulohumeral.gap.answer import Findings, answer
@@ -20,10 +19,9 @@ from scapulohumeral.gap.curve_files import (
     table_of,
 )
 from scapulohumeral.gap.detection import null_bank as null_bank
+from scapulohumeral.gap.detection.permutation import exchangeable
 from scapulohumeral.gap.detection.presence import difference_map, presence
-from scapulohumeral.gap.isolation.baselines import baseline_labels
-from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.isolation.search import fit_all
+from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
@@ -32,6 +30,7 @@ from scapulohumeral.gap.result import (
     Diagnosis,
 )
 from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.gap.verdict.baselines import baseline_labels
 
 log = logging.getLogger(__name__)
 
@@ -68,14 +67,15 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = assemble(case, records, model, settings, warnings)
-    found = difference_map(evidence.residual, settings.alpha / 2.0, inflation, case.seed)
+    found = difference_map(evidence.cautious, settings.alpha / 2.0, inflation, case.seed)
     slopes = [f.hypothesis.slope for f in evidence.screened]
-    is_there = presence(evidence.residual, found, slopes, settings.alpha, inflation, case.seed)
+    is_there = presence(evidence.cautious, found, slopes, settings.alpha, inflation, case.seed)
+    is_there = exchangeable(is_there, records, evidence.cautious, settings.alpha, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
-    fits: Sequence[Fit] = evidence.screened
+    explanations = screened_only(evidence)
     if is_there.present:
-        fits = fit_all(evidence, model, case.threads, warnings)
-    judged = judge(evidence, fits, is_there.present, inflation)
+        explanations = fit_all(evidence, model, case.threads, warnings)
+    judged = judge(evidence, explanations, is_there.present, settings.weighing, case.seed)
     told = answer(Findings(case, records, evidence, is_there, found, judged), warnings)
     rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(

@@ -7,9 +7,11 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from scapulohumeral.configuration.check import checked, read_config, read_yaml
+from scapulohumeral.configuration.check import REMEDY, checked, read_config
 from scapulohumeral.configuration.fields import Angles, Real, Section, Whole, key
+from scapulohumeral.documents import read_yaml
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.weighing import Weighing, read_weighing
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 SETTINGS = CONFIG_FOLDER / "gap" / "settings.yaml"
@@ -36,13 +38,38 @@ class SessionSpread(Section):
 
 
 @dataclass(frozen=True)
+class JointSpread(Section):
+    """Standard deviations of joint rotations between repeats."""
+
+    SC: Annotated[Real, key("Sternoclavicular [deg].", gt=0, le=45)]
+    AC: Annotated[Real, key("Acromioclavicular [deg].", gt=0, le=45)]
+    GH: Annotated[Real, key("Glenohumeral [deg].", gt=0, le=45)]
+    EL: Annotated[Real, key("Elbow [deg].", gt=0, le=45)]
+
+
+@dataclass(frozen=True)
 class NoisePrior(Section):
     """Standard deviations between repeats, as far as the repeats of a case cannot tell."""
 
-    kinematics_deg: Annotated[Real, key("Joint angles [deg].", gt=0, le=45)]
+    kinematics_deg: Annotated[
+        JointSpread, key("Joint rotations, what timing makes of them taken off.")
+    ]
+    phase_shift: Annotated[
+        list[Annotated[Real, key("Standard deviation [share].", gt=0, le=0.5)]],
+        key("Where in the movement a trial is, by cosines of phase [share of its duration]."),
+    ]
     emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
+    emg_relative: Annotated[Real, key("EMG over its own height [1].", ge=0, le=2)]
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     repeats: Annotated[Real, key("Repeats that this knowledge is worth [1].", gt=0, le=100)]
+
+    def deviation(self, channel: str) -> float:
+        """Standard deviation of a channel, in its unit."""
+        if channel.startswith("EMG_"):
+            return self.emg
+        if channel.startswith("GHF_"):
+            return self.contact_N
+        return float(getattr(self.kinematics_deg, channel.split("_")[0]))
 
 
 @dataclass(frozen=True)
@@ -54,13 +81,18 @@ class ModelSpread(Section):
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
 
+    def deviation(self, channel: str) -> float:
+        """Standard deviation of a channel, in its unit."""
+        if channel.startswith("EMG_"):
+            return self.emg
+        return self.contact_N if channel.startswith("GHF_") else self.kinematics_deg
+
 
 @dataclass(frozen=True)
 class CaseGeometry(Section):
     """Keys of section `geometry` of the study that differ for the model of a case."""
 
     poses: Annotated[Whole, key("Poses to fit to [1].", ge=100, le=20000)]
-    held_out_poses: Annotated[Whole, key("Poses to judge the fit on [1].", ge=50, le=20000)]
     scapula_turn_deg: Annotated[
         Angles, key("Lowest and highest turn of the scapula under the recorded arm [deg].")
     ]
@@ -83,12 +115,19 @@ class _Keys(Section):
     signature_error: Annotated[
         Real, key("Relative error of predicted changes, by channel [1].", ge=0, le=2)
     ]
-    temperature: Annotated[
-        Real, key("Divides log evidence before it becomes probability [1].", ge=1, le=100)
-    ]
     prior_no_gap: Annotated[Real, key("Probability of no gap before any data [1].", gt=0, le=0.9)]
     prior_none: Annotated[
         Real, key("Probability of no known cause before any data [1].", gt=0, le=0.9)
+    ]
+    prior_moved: Annotated[
+        Real, key("Probability of another movement alone, before any data [1].", gt=0, le=0.9)
+    ]
+    calibration: Annotated[
+        str,
+        key(
+            "File of fitted weights of evidence, relative to the folder config [no unit].",
+            pattern=r"^[A-Za-z0-9_./-]+[.]json$",
+        ),
     ]
     null_bank: Annotated[
         str,
@@ -140,11 +179,17 @@ class GapSettings(_Keys):
                 f"gap.phase_functions: {self.phase_functions} of {self.nodes} nodes; expected 2 to "
                 f"{self.nodes // 2}, or the curves hold noise. Lower it or raise gap.nodes."
             )
-        if self.prior_no_gap + self.prior_none >= 1.0:
+        if self.prior_no_gap + self.prior_none + self.prior_moved >= 1.0:
             raise ConfigError(
-                f"gap.prior_no_gap and prior_none: {self.prior_no_gap} and {self.prior_none} leave "
-                "nothing for the effects; expected a sum below 1. Lower them."
+                f"gap.prior_no_gap, prior_none and prior_moved: {self.prior_no_gap}, "
+                f"{self.prior_none} and {self.prior_moved} leave nothing for the effects; expected "
+                "a sum below 1. Lower them."
             )
+
+    @property
+    def weighing(self) -> Weighing:
+        """Weights of evidence, from the file that `calibration` names."""
+        return read_weighing(CONFIG_FOLDER / self.calibration)
 
 
 def read_diagnosis_config(path: Path, settings: Path = SETTINGS) -> dict[str, Any]:
@@ -159,7 +204,7 @@ def read_diagnosis_config(path: Path, settings: Path = SETTINGS) -> dict[str, An
 
 def with_settings(config: Mapping[str, Any], settings: Path) -> dict[str, Any]:
     """A configuration of the study with the settings in a file as section `gap`."""
-    section = read_yaml(settings)
+    section = read_yaml(settings, REMEDY)
     checked(GapSection, section, f"{settings}, ", SETTINGS)
     return {**config, "gap": section}
 

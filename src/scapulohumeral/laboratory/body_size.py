@@ -120,13 +120,12 @@ def segment_masses(body: Body, tables: ModelTables) -> dict[str, float]:
     Clavicle and scapula keep their share relative to the humerus; the thorax, which does not move,
     keeps the mass of the base model.
     """
-    fractions = tables.constants["anthropometry"]
-    sexes = (body.sex,) if body.sex else ("male", "female")
+    anthropometry = tables.constants.anthropometry
     base = {name: tables.segments[name].mass_kg for name in SCALED_SEGMENTS}
     masses = dict(base)
     parts = {"upper_arm": ("humerus_r",), "forearm": ("ulna_r", "radius_r"), "hand": ("hand_r",)}
     for part, segments in parts.items():
-        target = body.mass_kg * float(np.mean([fractions[f"{sex}_{part}"] for sex in sexes]))
+        target = body.mass_kg * anthropometry.share(part, body.sex)
         ratio = target / sum(base[name] for name in segments)
         followers = ("clavicle_r", "scapula_r") if part == "upper_arm" else ()
         masses |= {name: ratio * base[name] for name in (*segments, *followers)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -100,18 +100,13 @@ def convert_markers(
     list of Outcome                  in the order of `files`; a recording that cannot be used is
                                      among them with its refusal
     """
-    outcomes, kept = [], []
-    for i, file in enumerate(files, start=1):
-        progress(f"{i}/{len(files)} {file.name}")
-        try:
-            landmarks = read_landmarks(file, calibration)
-            outcome = _of_landmarks(landmarks, settings, _marker_source(landmarks, calibration))
-        except DataError as error:
-            outcomes.append(refused(file, error))
-            continue
-        kept.append((len(outcomes), landmarks))
-        outcomes.append(outcome)
-    return _against_each_other(outcomes, kept, settings.limits)
+    known: dict[Path, Landmarks] = {}
+
+    def convert(file: Path) -> Outcome:
+        known[file] = read_landmarks(file, calibration)
+        return _of_landmarks(known[file], settings, _marker_source(known[file], calibration))
+
+    return _against_each_other(_outcomes(files, convert, progress), known, settings.limits)
 
 
 def convert_motions(
@@ -119,40 +114,32 @@ def convert_motions(
 ) -> list[Outcome]:
     """Convert motions of another OpenSim model; parameters and result as `convert_markers`."""
     progress(f"{len(files)} motions of {model.name}, posed by OpenSim")
-    outcomes = []
-    kept = []
-    for file, landmarks in zip(files, read_motions(files, model, model_map), strict=True):
+    posed = dict(zip(files, read_motions(files, model, model_map), strict=True))
+    known = {file: found for file, found in posed.items() if isinstance(found, Landmarks)}
+
+    def convert(file: Path) -> Outcome:
+        landmarks = posed[file]
         if isinstance(landmarks, DataError):
-            outcomes.append(refused(file, landmarks))
-            continue
+            raise landmarks
         source = Source(
             file=file,
             kind="opensim motion",
             files=(model, model_map.path),
             settings={"side": model_map.side, "landmarks": dict(model_map.landmarks)},
         )
-        try:
-            outcomes.append(_of_landmarks(landmarks, settings, source))
-        except DataError as error:
-            outcomes.append(refused(file, error))
-            continue
-        kept.append((len(outcomes) - 1, landmarks))
-    return _against_each_other(outcomes, kept, settings.limits)
+        return _of_landmarks(landmarks, settings, source)
+
+    return _against_each_other(_outcomes(files, convert), known, settings.limits)
 
 
 def convert_orientations(
     files: Sequence[Path], orientation_map: OrientationMap, settings: Settings, progress: Progress
 ) -> list[Outcome]:
     """Convert tables of orientations; parameters and result as `convert_markers`."""
-    outcomes = []
-    for i, file in enumerate(files, start=1):
-        progress(f"{i}/{len(files)} {file.name}")
-        try:
-            segments = read_orientations(file, orientation_map)
-            converted = settings.finished(convert_segments(segments, settings.tables))
-        except DataError as error:
-            outcomes.append(refused(file, error))
-            continue
+
+    def convert(file: Path) -> Outcome:
+        segments = read_orientations(file, orientation_map)
+        converted = settings.finished(convert_segments(segments, settings.tables))
         source = Source(
             file=file,
             kind="orientations",
@@ -160,20 +147,37 @@ def convert_orientations(
             settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
         )
         findings = check_motion(converted, settings.tables, settings.limits)
-        outcomes.append(Outcome(file, file.stem, converted, source, tuple(findings), {}))
+        return Outcome(file, file.stem, converted, source, tuple(findings), {})
+
+    return _outcomes(files, convert, progress)
+
+
+def _outcomes(
+    files: Sequence[Path], convert: Callable[[Path], Outcome], progress: Progress | None = None
+) -> list[Outcome]:
+    """What becomes of each recording; one that cannot be used is among them with its refusal."""
+    outcomes = []
+    for i, file in enumerate(files, start=1):
+        if progress is not None:
+            progress(f"{i}/{len(files)} {file.name}")
+        try:
+            outcomes.append(convert(file))
+        except DataError as error:
+            outcomes.append(refused(file, error))
     return outcomes
 
 
 def _against_each_other(
-    outcomes: list[Outcome], kept: Sequence[tuple[int, Landmarks]], limits: Limits
+    outcomes: list[Outcome], known: Mapping[Path, Landmarks], limits: Limits
 ) -> list[Outcome]:
     """Outcomes with what the trials of one person show only together."""
-    shapes = [thorax_shape(landmarks.points) for _, landmarks in kept]
+    read = [i for i, outcome in enumerate(outcomes) if outcome.converted is not None]
+    points = [known[outcomes[i].file].points for i in read]
+    shapes = [thorax_shape(one) for one in points]
     lengths = [
-        {name: float(np.median(v)) for name, v in segment_lengths(landmarks.points).items()}
-        for _, landmarks in kept
+        {name: float(np.median(v)) for name, v in segment_lengths(one).items()} for one in points
     ]
-    for (i, _), found in zip(kept, check_session(shapes, lengths, limits), strict=True):
+    for i, found in zip(read, check_session(shapes, lengths, limits), strict=True):
         outcomes[i] = replace(outcomes[i], findings=(*outcomes[i].findings, *found))
     return outcomes
 

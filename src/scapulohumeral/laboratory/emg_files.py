@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 
 from scapulohumeral.configuration.check import read_config
+from scapulohumeral.documents import read_mapping
 from scapulohumeral.emg.envelope import (
     Envelopes,
     EnvelopeSettings,
@@ -264,8 +265,9 @@ def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -
     path = folder / PARTICIPANT_FILE
     if not path.is_file():
         return None
+    remedy = "Make it again: scapulohumeral convert."
+    document = read_mapping(path, "'schema: participant/1' and others", remedy)
     text = path.read_text(encoding="utf-8")
-    document = yaml.safe_load(text)
     pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
     document["emg"] = {
         "unit": "fraction_of_mvc",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import jinja2
 import numpy as np
 
 from scapulohumeral.laboratory.convert import Outcome
@@ -23,6 +22,7 @@ from scapulohumeral.model.tables import ModelTables, Point
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import SEGMENTS, Scene
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
+from scapulohumeral.templates import page_template
 
 # Frames per second and points per curve that the page holds; the table has all.
 PAGE_RATE_HZ = 20.0
@@ -47,18 +47,13 @@ def render_page(outcomes: Sequence[Outcome], tables: ModelTables, command: str) 
     tables : ranges of the model's joint angles and its landmarks
     command : that made the trials
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.laboratory", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-    )
     scenes = [
         scene_of(outcome.name, outcome.converted, outcome.points, tables)
         for outcome in outcomes
         if outcome.converted is not None
     ]
     curves = {o.name: angle_figure(o.converted, tables) for o in outcomes if o.converted}
-    return environment.get_template("page.html.j2").render(
+    return page_template("scapulohumeral.laboratory", "page.html.j2").render(
         outcomes=outcomes,
         player=player_html(scenes) if scenes else "",
         curves=curves,

@@ -16,7 +16,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.laboratory.checks import FAULT, Finding
 from scapulohumeral.laboratory.markers.gaps import Gap
 from scapulohumeral.laboratory.trial import MEASURED, Channel, Converted, provenance_of
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
 SCHEMA = "recording/1"
@@ -47,9 +47,9 @@ class Source:
     gravity_mps2: tuple[float, ...] | None = None
 
 
-def write_trial(path: Path, converted: Converted) -> None:
+def write_trial(path: Path, trial: Converted | Motion) -> None:
     """Write the trial table: time_s and the ten joint angles in degrees."""
-    table = np.column_stack([converted.time_s, np.rad2deg(converted.angles_rad)])
+    table = np.column_stack([trial.time_s, np.rad2deg(trial.angles_rad)])
     header = ",".join([TIME_COLUMN, *ANGLE_COLUMNS])
     np.savetxt(
         path, table, fmt=["%.6f", *["%.5f"] * len(ANGLE_COLUMNS)], delimiter=",", header=header,

@@ -149,7 +149,7 @@ def _plain_numbers(path: Path, columns: Sequence[str]) -> np.ndarray | None:
     return values if np.isfinite(values).all() else None
 
 
-def check_increasing(path: Path, column: str, time_s: np.ndarray) -> None:
+def check_increasing(path: Path, column: str, time_s: np.ndarray, first_row: int = 2) -> None:
     """Refuse times that do not increase from row to row.
 
     Parameters
@@ -157,6 +157,7 @@ def check_increasing(path: Path, column: str, time_s: np.ndarray) -> None:
     path : Path                      table that the times are from
     column : its column of times
     time_s : (rows,)
+    first_row : number of the first row of data
 
     Raises
     ------
@@ -164,8 +165,8 @@ def check_increasing(path: Path, column: str, time_s: np.ndarray) -> None:
     """
     stalled = np.flatnonzero(np.diff(time_s) <= 0.0)
     if stalled.size:
-        row = int(stalled[0]) + 3
+        i = int(stalled[0]) + 1
         raise DataError(
-            f"{path}, row {row}, column {column}: {time_s[row - 2]} s does not follow "
-            f"{time_s[row - 3]} s. Sort the rows by time and remove repeated ones."
+            f"{path}, row {first_row + i}, column {column}: {time_s[i]} s does not follow "
+            f"{time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
         )

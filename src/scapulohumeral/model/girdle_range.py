@@ -31,7 +31,7 @@ HANGING_RAD = np.deg2rad(5.0)
 
 def girdle_range(
     coordinates: Mapping[str, Coordinate], angles: Array, stops: str, margin_rad: float
-) -> dict[str, list[float]]:
+) -> dict[str, tuple[float, float]]:
     """Least and largest angle [rad] of the six coordinates of SC and AC.
 
     Parameters
@@ -49,7 +49,7 @@ def girdle_range(
         base = coordinates[name]
         held = stops == "hanging" and name == DEPRESSION
         least = min(base.min_rad, float(np.median(own[hanging]) if held else own.min()))
-        ranges[name] = [least - margin, max(base.max_rad, float(own.max())) + margin]
+        ranges[name] = (least - margin, max(base.max_rad, float(own.max())) + margin)
     return ranges
 
 

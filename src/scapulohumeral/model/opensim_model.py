@@ -8,10 +8,9 @@ class, it scales optimal fibre and tendon slack lengths with the path. This modu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import opensim
@@ -19,12 +18,23 @@ from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.constants import ConoidLigament
 from scapulohumeral.model.girdle_range import girdle_range
 from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
 from scapulohumeral.model.muscle_paths.pose_region import recorded_angles, recorded_poses
 from scapulohumeral.model.muscle_paths.thorax_clearance import attachment_levels, segment_frames
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
+from scapulohumeral.model.record import (
+    ConoidRecord,
+    CoordinateRecord,
+    JointRecord,
+    ModelRecord,
+    MuscleRecord,
+    PointRecord,
+    SegmentRecord,
+    WrapRecord,
+)
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import (
     GROUND,
@@ -35,7 +45,6 @@ from scapulohumeral.model.tables import (
     WrapObject,
 )
 
-MODEL_SCHEMA = "model/1"
 PRONATION = "PS_y"
 # Body masses that replace the published ones if masses are anthropometric. Clavicle and scapula
 # have no fraction of their own in de Leva 1996, so they keep their share relative to the humerus.
@@ -72,8 +81,8 @@ def participant_model(
     if choices.masses == "anthropometric":
         set_anthropometric_masses(model, participant, tables)
     elif choices.masses == "divided":
-        divide_masses(model, tables.constants["authors_masses"]["divisor"])
-    lock_pronation(model, np.deg2rad(tables.constants["forearm"]["pronation_deg"]))
+        divide_masses(model, tables.constants.authors_masses.divisor)
+    lock_pronation(model, np.deg2rad(tables.constants.forearm.pronation_deg))
     if choices.serratus_path != "as_scaled":
         follow = choices.serratus_path == "flattened_rescaled"
         flatten_thorax_surfaces(model, participant, tables, follow)
@@ -98,7 +107,7 @@ def build_model(tables: ModelTables) -> opensim.Model:
     """
     model = opensim.Model()
     model.setName("base")
-    model.setGravity(_vec3(tables.constants["gravity"]["vector_mps2"]))
+    model.setGravity(_vec3(tables.constants.gravity.vector_mps2))
     for segment in tables.segments.values():
         inertia = opensim.Inertia(*segment.inertia_kgm2)
         body = opensim.Body(segment.name, segment.mass_kg, _vec3(segment.com_m), inertia)
@@ -124,8 +133,8 @@ def _vec3(values: Sequence[float]) -> opensim.Vec3:
     return opensim.Vec3(*(float(value) for value in values))
 
 
-def _list3(vector: opensim.Vec3) -> list[float]:
-    return [vector.get(i) for i in range(3)]
+def _tuple3(vector: opensim.Vec3) -> tuple[float, float, float]:
+    return vector.get(0), vector.get(1), vector.get(2)
 
 
 def _frame(model: opensim.Model, name: str) -> opensim.PhysicalFrame:
@@ -247,12 +256,10 @@ def set_anthropometric_masses(
 
     Source: de Leva 1996, table 4. Unknown sex: mean of both. Unknown body mass: `body_mass`.
     """
-    fractions = tables.constants["anthropometry"]
-    sexes = (participant.sex,) if participant.sex else ("male", "female")
     mass, _ = body_mass(participant, tables)
     bodies = model.updBodySet()
     for part, (segments, followers) in ANTHROPOMETRIC_PARTS.items():
-        target = mass * np.mean([fractions[f"{sex}_{part}"] for sex in sexes])
+        target = mass * tables.constants.anthropometry.share(part, participant.sex)
         ratio = target / sum(bodies.get(segment).getMass() for segment in segments)
         for segment in (*segments, *followers):
             bodies.get(segment).scaleMass(float(ratio))
@@ -270,7 +277,7 @@ def body_mass(participant: Participant, tables: ModelTables) -> tuple[float, str
     """Body mass [kg] and its source: the participant, or else the mean of all participants."""
     if participant.body_mass_kg is not None:
         return participant.body_mass_kg, "participant"
-    return tables.constants["anthropometry"]["mean_body_mass_kg"], "mean of the participants"
+    return tables.constants.anthropometry.mean_body_mass_kg, "mean of the participants"
 
 
 def lock_pronation(model: opensim.Model, angle_rad: float) -> None:
@@ -298,19 +305,19 @@ def flatten_thorax_surfaces(
     ------
     ModelError                       if an attachment comes close to the centre of the thorax
     """
-    rule = tables.constants["wrap_clearance"]
+    rule = tables.constants.wrap_clearance
     record = model_record(model, participant, tables, ModelChoices())
     poses = recorded_poses(participant)
     names = list(tables.muscles)
     scaled = _default_lengths(model, names)
     for name in attachment_levels(record, poses):
-        wrap = next(w for w in record["wrap_objects"] if w["name"] == name)
+        [scaled_radii] = (w.dimensions_m for w in record.wrap_objects if w.name == name)
 
-        def clearance(radii: Array, wrap=wrap, name=name) -> float:
-            wrap["dimensions_m"] = radii.tolist()
-            return float(attachment_levels(record, poses)[name].min()) - rule["min_level"]
+        def clearance(radii: Array, name=name) -> float:
+            level = attachment_levels(record.with_surface(name, tuple(radii)), poses)[name]
+            return float(level.min()) - rule.min_level
 
-        radii = _clear_radii(np.array(wrap["dimensions_m"]), clearance, rule["width_share"])
+        radii = _clear_radii(np.array(scaled_radii), clearance, rule.width_share)
         if radii is None:
             raise ModelError(
                 f"{participant.name}: a recorded pose puts a muscle attachment into the middle of "
@@ -359,7 +366,7 @@ def adjust_fibres(
     longer or shorter. Limits, muscles and reasons are in constants.yaml, `fibre_adjustment`; daily
     tasks do not count.
     """
-    rule = tables.constants["fibre_adjustment"]
+    rule = tables.constants.fibre_adjustment
     names = list(tables.muscles)
     angles = np.concatenate(
         [trial.motion.angles_rad for trial in participant.trials.values() if not trial.daily_task]
@@ -368,10 +375,10 @@ def adjust_fibres(
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)
         stretched = float(length - muscle.getTendonSlackLength())
-        if suspended and tables.muscles[name].group in rule["suspending_muscles"]:
-            muscle.setOptimalFiberLength(stretched / rule["suspending_length"])
+        if suspended and tables.muscles[name].group in rule.suspending_muscles:
+            muscle.setOptimalFiberLength(stretched / rule.suspending_length)
             continue
-        needed = stretched / rule["max_normalised_length"]
+        needed = stretched / rule.max_normalised_length
         muscle.setOptimalFiberLength(max(muscle.getOptimalFiberLength(), needed))
 
 
@@ -394,160 +401,159 @@ def write_osim(model: opensim.Model, path: Path) -> None:
 
 def model_record(
     model: opensim.Model, participant: Participant, tables: ModelTables, choices: ModelChoices
-) -> dict[str, Any]:
-    """All that the equations of motion and the muscles need, as plain data for JSON.
+) -> ModelRecord:
+    """All that the equations of motion and the muscles need, as plain data.
 
     Parameters
     ----------
     model : opensim.Model            as from `participant_model`
     participant, tables, choices     what it was made from
-
-    Returns
-    -------
-    dict                             schema "model/1": lengths in m, angles in rad, in the axes of
-                                     the segment named; the muscle elements simulated, in order
     """
     bodies = model.getBodySet()
     mass, mass_source = body_mass(participant, tables)
     constants = tables.constants
-    ellipsoid = participant.thorax_ellipsoid
-    record: dict[str, Any] = {
-        "schema": MODEL_SCHEMA,
-        "participant": participant.name,
-        "masses": choices.masses,
-        "choices": asdict(choices),
-        "body_mass_kg": mass,
-        "body_mass_source": mass_source,
-        "gravity_mps2": list(participant.gravity_mps2),
-        "segments": {name: _segment_record(bodies.get(name)) for name in SCALED_SEGMENTS},
-        "joints": {name: _joint_record(model, tables.joints[name]) for name in tables.joints},
-        "axes": {name: list(tables.coordinates[name].axis) for name in ("EL_x", PRONATION)},
-        "coordinates": {
-            name: {"min_rad": c.min_rad, "max_rad": c.max_rad, "default_rad": c.default_rad}
+    record = ModelRecord(
+        schema="model/1",
+        participant=participant.name,
+        masses=choices.masses,
+        choices=choices,
+        body_mass_kg=mass,
+        body_mass_source=mass_source,
+        gravity_mps2=_three(participant.gravity_mps2),
+        segments={name: _segment_record(bodies.get(name)) for name in SCALED_SEGMENTS},
+        joints={name: _joint_record(model, tables.joints[name]) for name in tables.joints},
+        axes={name: _three(tables.coordinates[name].axis) for name in ("EL_x", PRONATION)},
+        coordinates={
+            name: CoordinateRecord(c.min_rad, c.max_rad, c.default_rad)
             for name, c in tables.coordinates.items()
         },
-        "girdle_range_rad": girdle_range(
+        girdle_range_rad=girdle_range(
             tables.coordinates,
             recorded_angles(participant),
             choices.girdle_stops,
-            np.deg2rad(constants["girdle_stops"]["margin_deg"]),
+            np.deg2rad(constants.girdle_stops.margin_deg),
         ),
-        "pronation_rad": float(np.deg2rad(constants["forearm"]["pronation_deg"])),
-        "markers": {name: _marker_record(model, name) for name in tables.markers},
-        "conoid": _conoid_record(model, constants["conoid_ligament"]),
-        "muscles": [
+        pronation_rad=float(np.deg2rad(constants.forearm.pronation_deg)),
+        markers={name: _marker_record(model, name) for name in tables.markers},
+        conoid=_conoid_record(model, constants.conoid_ligament),
+        muscles=tuple(
             _muscle_record(model.getMuscles().get(name), tables.muscles[name])
             for name in tables.active_muscles
-        ],
-        "wrap_objects": [_wrap_record(model, w, participant) for w in tables.wrap_objects.values()],
-        "published_thorax_ellipsoid": ellipsoid
-        and {"centre_m": list(ellipsoid.centre_m), "radii_m": list(ellipsoid.radii_m)},
-        "constants": {section: dict(values) for section, values in constants.items()},
-    }
-    distances = conoid_distances(record, recorded_poses(participant))
-    record["conoid"]["length_m"] = float(np.median(distances))
-    return record
+        ),
+        wrap_objects=tuple(
+            _wrap_record(model, w, participant) for w in tables.wrap_objects.values()
+        ),
+        published_thorax_ellipsoid=participant.thorax_ellipsoid,
+        constants=constants,
+    )
+    length = float(np.median(conoid_distances(record, recorded_poses(participant))))
+    return replace(record, conoid=replace(record.conoid, length_m=length))
 
 
-def conoid_distances(record: Mapping[str, Any], poses: Array) -> Array:
+def conoid_distances(record: ModelRecord, poses: Array) -> Array:
     """Distance of origin and insertion of the conoid ligament, shape (P,) [m], at poses (P, 13)."""
-    frames = segment_frames(record, poses)
+    frames, conoid = segment_frames(record, poses), record.conoid
     ends = []
-    for end in ("origin", "insertion"):
-        origin, matrix = frames[record["conoid"][f"{end}_body"]]
-        ends.append(origin + matrix @ np.array(record["conoid"][f"{end}_m"]))
+    for body, place in (
+        (conoid.origin_body, conoid.origin_m),
+        (conoid.insertion_body, conoid.insertion_m),
+    ):
+        origin, matrix = frames[body]
+        ends.append(origin + matrix @ np.array(place))
     return np.linalg.norm(ends[1] - ends[0], axis=1)
 
 
-def _segment_record(body: opensim.Body) -> dict[str, Any]:
+def _three(values: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = values
+    return x, y, z
+
+
+def _segment_record(body: opensim.Body) -> SegmentRecord:
     inertia = body.getInertia()
-    return {
-        "mass_kg": body.getMass(),
-        "com_m": _list3(body.getMassCenter()),
-        "inertia_kgm2": _list3(inertia.getMoments()) + _list3(inertia.getProducts()),
-    }
+    moments, products = _tuple3(inertia.getMoments()), _tuple3(inertia.getProducts())
+    return SegmentRecord(body.getMass(), _tuple3(body.getMassCenter()), (*moments, *products))
 
 
-def _joint_record(model: opensim.Model, joint: Joint) -> dict[str, Any]:
+def _joint_record(model: opensim.Model, joint: Joint) -> JointRecord:
     frame = model.getJointSet().get(joint.name).get_frames(0)
-    return {
-        "parent": joint.parent,
-        "child": joint.child,
-        "location_m": _list3(frame.get_translation()),
-        "orientation_rad": _list3(frame.get_orientation()),
-    }
+    return JointRecord(
+        parent=joint.parent,
+        child=joint.child,
+        location_m=_tuple3(frame.get_translation()),
+        orientation_rad=_tuple3(frame.get_orientation()),
+    )
 
 
-def _marker_record(model: opensim.Model, name: str) -> dict[str, Any]:
+def _marker_record(model: opensim.Model, name: str) -> PointRecord:
     marker = model.getMarkerSet().get(name)
-    return {"body": marker.getParentFrame().getName(), "location_m": _list3(marker.get_location())}
+    return PointRecord(marker.getParentFrame().getName(), _tuple3(marker.get_location()))
 
 
-def _path_points(muscle: opensim.Muscle) -> list[dict[str, Any]]:
+def _path_points(muscle: opensim.Muscle) -> tuple[PointRecord, ...]:
     points = opensim.GeometryPath.safeDownCast(muscle.updPath()).getPathPointSet()
     casts = [opensim.PathPoint.safeDownCast(points.get(i)) for i in range(points.getSize())]
-    return [
-        {"body": point.getParentFrame().getName(), "location_m": _list3(point.get_location())}
+    return tuple(
+        PointRecord(point.getParentFrame().getName(), _tuple3(point.get_location()))
         for point in casts
-    ]
+    )
 
 
-def _conoid_record(model: opensim.Model, rule: Mapping[str, Any]) -> dict[str, Any]:
+def _conoid_record(model: opensim.Model, rule: ConoidLigament) -> ConoidRecord:
+    """The ligament between bones as they are; its length follows from recorded poses."""
     ac_joint = model.getJointSet().get("ac1").get_frames(0).get_translation()
-    biceps_origin = np.array(_path_points(model.getMuscles().get("bic_l"))[0]["location_m"])
-    return {
-        "origin_body": "clavicle_r",
-        "origin_m": [
-            rule["origin_fraction_of_ac"] * ac_joint.get(0),
-            rule["origin_y_m"],
-            rule["origin_z_m"],
-        ],
-        "insertion_body": "scapula_r",
-        "insertion_m": (biceps_origin + rule["insertion_from_bic_l_m"]).tolist(),
-        "stiffness_N_per_m": rule["stiffness_N_per_m"],
-        "eps_m": rule["eps_m"],
-    }
+    biceps_origin = np.array(_path_points(model.getMuscles().get("bic_l"))[0].location_m)
+    return ConoidRecord(
+        origin_body="clavicle_r",
+        origin_m=(rule.origin_fraction_of_ac * ac_joint.get(0), rule.origin_y_m, rule.origin_z_m),
+        insertion_body="scapula_r",
+        insertion_m=_three((biceps_origin + rule.insertion_from_bic_l_m).tolist()),
+        stiffness_N_per_m=rule.stiffness_N_per_m,
+        eps_m=rule.eps_m,
+        length_m=np.nan,
+    )
 
 
-def _muscle_record(muscle: opensim.Muscle, source: Muscle) -> dict[str, Any]:
-    return {
-        "name": source.name,
-        "group": source.group,
-        "max_isometric_force_N": muscle.getMaxIsometricForce(),
-        "optimal_fibre_length_m": muscle.getOptimalFiberLength(),
-        "tendon_slack_length_m": muscle.getTendonSlackLength(),
-        "activation_time_s": source.activation_time_s,
-        "deactivation_time_s": source.deactivation_time_s,
-        "points": _path_points(muscle),
-        "wraps": [wrap.wrap_object for wrap in source.wraps],
-    }
+def _muscle_record(muscle: opensim.Muscle, source: Muscle) -> MuscleRecord:
+    return MuscleRecord(
+        name=source.name,
+        group=source.group,
+        max_isometric_force_N=muscle.getMaxIsometricForce(),
+        optimal_fibre_length_m=muscle.getOptimalFiberLength(),
+        tendon_slack_length_m=muscle.getTendonSlackLength(),
+        activation_time_s=source.activation_time_s,
+        deactivation_time_s=source.deactivation_time_s,
+        points=_path_points(muscle),
+        wraps=tuple(wrap.wrap_object for wrap in source.wraps),
+    )
 
 
-def _wrap_record(
-    model: opensim.Model, source: WrapObject, participant: Participant
-) -> dict[str, Any]:
+def _wrap_record(model: opensim.Model, source: WrapObject, participant: Participant) -> WrapRecord:
     target = _frame(model, source.segment).getWrapObject(source.name)
+    dimensions: tuple[float, ...]
     if source.kind == "ellipsoid":
-        dimensions = _list3(opensim.WrapEllipsoid.safeDownCast(target).get_dimensions())
+        dimensions = _tuple3(opensim.WrapEllipsoid.safeDownCast(target).get_dimensions())
     elif source.kind == "sphere":
-        dimensions = [opensim.WrapSphere.safeDownCast(target).get_radius()]
+        dimensions = (opensim.WrapSphere.safeDownCast(target).get_radius(),)
     else:
         cylinder = opensim.WrapCylinder.safeDownCast(target)
-        dimensions = [cylinder.get_radius(), cylinder.get_length()]
-    return {
-        "name": source.name,
-        "type": source.kind,
-        "body": source.segment,
-        "translation_m": _list3(target.get_translation()),
-        "rotation_rad": _list3(target.get_xyz_body_rotation()),
-        "quadrant": source.quadrant,
-        "dimensions_m": dimensions,
-        "scaled_dimensions_m": _scaled_dimensions(source, participant),
-    }
+        dimensions = (cylinder.get_radius(), cylinder.get_length())
+    return WrapRecord(
+        name=source.name,
+        type=source.kind,
+        body=source.segment,
+        translation_m=_tuple3(target.get_translation()),
+        rotation_rad=_tuple3(target.get_xyz_body_rotation()),
+        quadrant=source.quadrant,
+        dimensions_m=dimensions,
+        scaled_dimensions_m=_scaled_dimensions(source, participant),
+    )
 
 
-def _scaled_dimensions(source: WrapObject, participant: Participant) -> list[float] | None:
+def _scaled_dimensions(
+    source: WrapObject, participant: Participant
+) -> tuple[float, float, float] | None:
     """Radii of an ellipsoid as OpenSim scales them, before any flattening; None for other kinds."""
     if source.kind != "ellipsoid":
         return None
-    return (np.array(source.dimensions_m) * participant.scale[source.segment]).tolist()
+    radii = np.array(source.dimensions_m) * participant.scale[source.segment]
+    return _three(radii.tolist())

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.constants import Constants, read_constants
 from scapulohumeral.model.csv_table import Row, number, read_rows
 
 Vector = tuple[float, ...]
@@ -126,9 +125,9 @@ class Fibre:
 class ModelTables:
     """All tables of the model, by name, in the order of the files.
 
-    `constants` has the values of constants.yaml, ``constants[section][name]``; `excluded_muscles`
-    the reason for each muscle element that is left out of the simulations. `published_fibres` are
-    those that the authors of the paper set by hand, for the base model.
+    `constants` has the values of constants.yaml; `excluded_muscles` the reason for each muscle
+    element that is left out of the simulations. `published_fibres` are those that the authors of
+    the paper set by hand, for the base model.
     """
 
     segments: Mapping[str, Segment]
@@ -138,7 +137,7 @@ class ModelTables:
     muscles: Mapping[str, Muscle]
     markers: Mapping[str, Point]
     published_fibres: Mapping[str, Fibre]
-    constants: Mapping[str, Mapping[str, Any]]
+    constants: Constants
     excluded_muscles: Mapping[str, str]
 
     @property
@@ -186,7 +185,7 @@ def read_tables(directory: Path) -> ModelTables:
     DataError                        a file, column or cell cannot be read
     ModelError                       the tables contradict each other, or a value is unphysical
     """
-    constants, excluded = _read_constants(directory / "constants.yaml")
+    constants, excluded = read_constants(directory / "constants.yaml")
     tables = ModelTables(
         segments=_read_segments(directory / "segments.csv"),
         joints=_read_joints(directory / "joints.csv"),
@@ -336,26 +335,6 @@ def _read_published_fibres(path: Path) -> dict[str, Fibre]:
     table = _Table(path, "muscle", columns)
     table.unique()
     return {row[1]["muscle"]: Fibre(*table.numbers(row, *columns)) for row in table.rows}
-
-
-def _read_constants(path: Path) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ModelError(f"{path}: cannot be read ({error}). Restore the file.") from error
-    excluded = document.pop("excluded_muscles", None)
-    if excluded is None:
-        raise ModelError(f"{path}: no excluded_muscles. Add the key; an empty {{}} excludes none.")
-    constants: dict[str, dict[str, Any]] = {}
-    for section, entries in document.items():
-        for name, entry in entries.items():
-            if not isinstance(entry, dict) or set(entry) != {"value", "unit", "source"}:
-                raise ModelError(
-                    f"{path}, {section}.{name}: expected the keys value, unit and source, "
-                    f"found {entry}. Write {name}: {{value: ..., unit: ..., source: ...}}."
-                )
-        constants[section] = {name: entry["value"] for name, entry in entries.items()}
-    return constants, excluded
 
 
 def _require(names: Any, known: Any, place: str, table: str) -> None:

@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import Point
 from scapulohumeral.player.scene import SEGMENTS, Scene, Surface
+from scapulohumeral.templates import page_template
 
 # Steps of the stored whole numbers: 0.1 mm, 0.1 N of a muscle, 1 N of the joint, 0.1 %BW.
 LENGTH_STEP_M = 1e-4
@@ -44,15 +44,10 @@ def player_html(scenes: Sequence[Scene], groups: Mapping[str, str] | None = None
     """
     if not scenes:
         raise DataError("player: no scene; expected one or more. Build one by build_scene.")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.player", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-    )
     named = [_with_group_names(scene, groups or {}) for scene in scenes]
     data = json.dumps([_document(scene) for scene in named], separators=(",", ":"))
     # No label can end the script element that carries the data.
-    return environment.get_template("player.html.j2").render(
+    return page_template("scapulohumeral.player", "player.html.j2").render(
         labels=[scene.label for scene in named],
         groups=list(dict.fromkeys(m.group for scene in named for m in scene.muscles)),
         measured=any(scene.measured_m for scene in named),

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from scapulohumeral.emg.channels import Channels
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.scalers import Scalers
 
 
 def muscle_groups(
-    record: Mapping[str, Any],
+    record: ModelRecord,
     channels: Channels,
     force_bounds: tuple[float, float] = (0.5, 1.5),
     fibre_bounds: tuple[float, float] = (0.7, 1.3),
 ) -> Scalers:
     """Scalers of the groups that EMG channels inform, for the muscles of a model record."""
-    members = channels.members([muscle["group"] for muscle in record["muscles"]])
+    members = channels.members(record.muscle_groups)
     return Scalers(channels.groups, members, force_bounds, fibre_bounds)

@@ -13,6 +13,7 @@ from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
 
 
@@ -42,7 +43,7 @@ class ShoulderModel:
     forces : equations of motion with muscle geometry
     """
 
-    record: dict[str, Any]
+    record: ModelRecord
     thorax: dict[str, Any]
     forces: MuscleForces
 
@@ -64,7 +65,7 @@ class ShoulderModel:
 def load_model(files: ModelFiles) -> ShoulderModel:
     """Read a participant's model."""
     return ShoulderModel(
-        record=json.loads(files.model.read_text(encoding="utf-8")),
+        record=read_record(files.model),
         thorax=json.loads(files.thorax.read_text(encoding="utf-8")),
         forces=MuscleForces(compiled.load(files.equations), load_geometry(files.geometry)),
     )

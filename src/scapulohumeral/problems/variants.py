@@ -83,3 +83,39 @@ def model_name(configured: Mapping[str, str], changes: Mapping[str, str]) -> str
     """Name of a model by its choices, or None where it is the configured one."""
     chosen = {**configured, **changes}
     return None if chosen == dict(configured) else "-".join(chosen[key] for key in configured)
+
+
+def choices_of(configured: Mapping[str, str], name: str) -> dict[str, str]:
+    """Choices of a model by its name, the reverse of :func:`model_name`."""
+    return dict(zip(configured, name.split("-"), strict=True))
+
+
+def geometry_name(configured: Mapping[str, str], variant: Variant) -> str | None:
+    """Name of the model whose muscle paths a variant has: the study's, but for one surface.
+
+    That is the one under serratus anterior. None where the paths are the study's own; on the
+    published arm they never are, because that arm goes where the recorded one does not.
+    """
+    path = {**configured, **variant.model}["serratus_path"]
+    if path == configured["serratus_path"] and variant.problem.get("arm") != "published":
+        return None
+    return "-".join({**configured, "serratus_path": path}.values())
+
+
+def predicted(
+    section: Mapping[str, Any], participants: Sequence[str]
+) -> list[tuple[str, str, str]]:
+    """Variant, participant and condition of all configured predictions of variants.
+
+    Parameters
+    ----------
+    section : ``variants`` of the configuration
+    participants : those of the study; others are left out
+    """
+    return [
+        (variant, participant, condition)
+        for variant, people in section["predict"].items()
+        for participant, conditions in people.items()
+        if participant in participants
+        for condition in conditions
+    ]

@@ -5,14 +5,13 @@ Letters: N nodes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import sympy as sm
 from scipy import constants
 
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.cost_terms import glenoid_rotation
 
 # ASSUME the rim of the glenoid is an ellipse of shear over compression: 0.32 anterior-posterior
@@ -44,7 +43,7 @@ class GlenohumeralLoad:
     eccentricity: np.ndarray
 
 
-def glenohumeral_load(reaction: np.ndarray, record: Mapping[str, Any]) -> GlenohumeralLoad:
+def glenohumeral_load(reaction: np.ndarray, record: ModelRecord) -> GlenohumeralLoad:
     """Load of the glenoid from the reaction of a solution.
 
     Parameters
@@ -66,26 +65,24 @@ def glenohumeral_load(reaction: np.ndarray, record: Mapping[str, Any]) -> Glenoh
     return GlenohumeralLoad(
         force=force,
         magnitude=magnitude,
-        percent_body_weight=100.0 * magnitude / (record["body_mass_kg"] * constants.g),
+        percent_body_weight=100.0 * magnitude / (record.body_mass_kg * constants.g),
         path=path,
         eccentricity=np.where(pressed[:, 0], eccentricity, np.inf),
     )
 
 
-def glenoid_angles(record: Mapping[str, Any]) -> tuple[float, float]:
+def glenoid_angles(record: ModelRecord) -> tuple[float, float]:
     """Inferior inclination and anterior version of the glenoid [rad] from a model record."""
-    glenoid = record["constants"]["glenoid"]
-    inclination, version = (
-        np.deg2rad(glenoid[key]) for key in ("inferior_inclination_deg", "anterior_version_deg")
-    )
-    return float(inclination), float(version)
+    glenoid = record.constants.glenoid
+    angles = glenoid.inferior_inclination_deg, glenoid.anterior_version_deg
+    return float(np.deg2rad(angles[0])), float(np.deg2rad(angles[1]))
 
 
-def superior_inferior_share(record: Mapping[str, Any]) -> float:
+def superior_inferior_share(record: ModelRecord) -> float:
     """Squared shear along the superior-inferior over the anterior-posterior axis in J_GH [1]."""
-    return float(record["constants"]["glenoid"]["superior_inferior_factor"])
+    return float(record.constants.glenoid.superior_inferior_factor)
 
 
-def superior_inferior_limit(record: Mapping[str, Any]) -> float:
+def superior_inferior_limit(record: ModelRecord) -> float:
     """Shear over compression at the upper and lower rim of the glenoid [1]."""
     return float(ANTERIOR_POSTERIOR_LIMIT / np.sqrt(superior_inferior_share(record)))

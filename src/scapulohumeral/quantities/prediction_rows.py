@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.quantities.joint_loading import GlenohumeralLoad, glenohumeral_load
 from scapulohumeral.quantities.rhythm import rhythm_by_plane
@@ -44,7 +45,7 @@ def rhythm_rows(
 def plane_rows(
     case: PredictionCase,
     solution: Solution,
-    record: Mapping[str, Any],
+    record: ModelRecord,
     nodes: Mapping[str, tuple[int, int]],
 ) -> list[dict[str, Any]]:
     """Rows of peaks, one per plane: the case, then :func:`peaks` of the nodes of the plane.
@@ -59,7 +60,7 @@ def plane_rows(
     ]
 
 
-def solution_load(solution: Solution, record: Mapping[str, Any]) -> GlenohumeralLoad:
+def solution_load(solution: Solution, record: ModelRecord) -> GlenohumeralLoad:
     """Glenohumeral load of a solution, with the glenoid and the body mass of its model record.
 
     The record's ``body_mass_source`` says whether that mass is the participant's own or the mean

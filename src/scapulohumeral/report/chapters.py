@@ -13,6 +13,7 @@ from scapulohumeral.quantities.population import CITATION
 from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases
 from scapulohumeral.report.gap import tables as gap_tables
+from scapulohumeral.report.gap.real_cases import real_content
 from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.prediction import figures as prediction_figures
 from scapulohumeral.report.prediction import ladder, literature, sensitivity
@@ -138,8 +139,8 @@ def measured_content(study: Study) -> dict[str, Any]:
 
 
 def gap_chapter(study: Study) -> dict[str, Any] | None:
-    """Diagnoses of the recordings, and what blind cases say about such diagnoses."""
-    if not study.diagnoses and not study.blind_scores:
+    """Diagnoses of the recordings, and what cases of known cause say about such diagnoses."""
+    if not study.diagnoses and not study.blind_scores and study.real_cases.empty:
         return None
     # Of several draws the newest of the largest: small ones say little.
     newest_first = reversed(study.blind_scores)
@@ -158,6 +159,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
         "scores": gap_tables.score_tables(card) if card else {},
         "card": card,
         "draws": gap_tables.draw_table(study.blind_scores),
+        "real": real_content(study.real_cases),
     }
 
 

@@ -20,6 +20,7 @@ import pandas as pd
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import Envelopes, read_envelopes
 from scapulohumeral.model.motion import Motion, read_motion
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities.joint_loading import GlenohumeralLoad
 from scapulohumeral.quantities.prediction_rows import solution_load
@@ -86,7 +87,7 @@ class Prediction:
 
     solution: Solution
     summary: Mapping[str, Any]
-    record: Mapping[str, Any]
+    record: ModelRecord
 
     @property
     def participant(self) -> str:
@@ -265,7 +266,7 @@ class Coordination:
 
 def read_coordination(
     files: CoordinationFiles,
-    models: Mapping[str, Mapping[str, Any]],
+    models: Mapping[str, ModelRecord],
     published: Mapping[str, Mapping[str, Path]],
 ) -> Coordination:
     """Read all files.
@@ -333,7 +334,7 @@ def _read_tasks(paths: Sequence[Path]) -> dict[tuple[str, str, str], Solution]:
 
 
 def _read_predictions(
-    files: CoordinationFiles, models: Mapping[str, Mapping[str, Any]]
+    files: CoordinationFiles, models: Mapping[str, ModelRecord]
 ) -> list[Prediction]:
     predictions = []
     for path, summary in zip(files.predictions, files.prediction_summaries, strict=True):

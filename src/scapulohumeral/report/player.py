@@ -19,6 +19,7 @@ import sympy as sm
 from scapulohumeral.dynamics.participant_parameters import elbow_axis, forearm_frames
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import (
     Array,
     make_continuous,
@@ -49,7 +50,7 @@ RIM_POINTS = 24
 
 def build_scene(
     solution: Solution,
-    record: Mapping[str, Any],
+    record: ModelRecord,
     thorax: Mapping[str, Any],
     label: str,
     recorded: bool = False,
@@ -96,7 +97,7 @@ def build_scene(
     )
 
 
-def segment_poses(record: Mapping[str, Any], pose: Array) -> tuple[Array, Array]:
+def segment_poses(record: ModelRecord, pose: Array) -> tuple[Array, Array]:
     """Forward kinematics of all segments.
 
     Parameters
@@ -113,13 +114,13 @@ def segment_poses(record: Mapping[str, Any], pose: Array) -> tuple[Array, Array]
     frames = segment_frames(record, pose)
     origin, matrix = frames["humerus_r"]
     turn = quaternion_to_matrix(rotation_vector_to_quaternion(pose[:, 12:] * elbow_axis(record)))
-    elbow = np.array(record["joints"]["hu"]["location_m"])
+    elbow = np.array(record.joints["hu"].location_m)
     frames["forearm"] = (origin + matrix @ elbow, matrix @ turn)
     quaternions = [make_continuous(matrix_to_quaternion(frames[s][1])) for s in SEGMENTS]
     return np.stack([frames[s][0] for s in SEGMENTS], 1), np.stack(quaternions, axis=1)
 
 
-def _point(record: Mapping[str, Any], body: str, location: Sequence[float]) -> Point:
+def _point(record: ModelRecord, body: str, location: Sequence[float]) -> Point:
     """A point of the model; those of ulna, radius and hand move with the forearm."""
     frames = forearm_frames(record)
     if body in frames:
@@ -128,46 +129,46 @@ def _point(record: Mapping[str, Any], body: str, location: Sequence[float]) -> P
     return Point(body, tuple(location))
 
 
-def _landmarks(record: Mapping[str, Any]) -> dict[str, Point]:
-    markers = record["markers"]
+def _landmarks(record: ModelRecord) -> dict[str, Point]:
+    markers = record.markers
     missing = [name for name in MARKERS if name not in markers]
     if missing:
         raise ModelError(
-            f"model record of {record['participant']}, markers: no {', '.join(missing)}. Add them "
+            f"model record of {record.participant}, markers: no {', '.join(missing)}. Add them "
             "to markers.csv."
         )
-    points = {m: _point(record, markers[m]["body"], markers[m]["location_m"]) for m in MARKERS}
-    knuckle = np.array(record["segments"]["hand_r"]["com_m"]) / HAND_CENTRE_SHARE
+    points = {m: _point(record, markers[m].body, markers[m].location_m) for m in MARKERS}
+    knuckle = np.array(record.segments["hand_r"].com_m) / HAND_CENTRE_SHARE
     return {**points, "knuckle": _point(record, "hand_r", knuckle.tolist())}
 
 
-def _surfaces(record: Mapping[str, Any]) -> dict[str, Surface]:
+def _surfaces(record: ModelRecord) -> dict[str, Surface]:
     """Spheres and ellipsoids of the model, whose axes are those of their segments."""
     return {
-        w["name"]: Surface(
-            w["body"],
-            tuple(w["translation_m"]),
-            tuple(w["dimensions_m"] * (3 if w["type"] == "sphere" else 1)),
+        w.name: Surface(
+            w.body,
+            tuple(w.translation_m),
+            tuple(w.dimensions_m * (3 if w.type == "sphere" else 1)),
         )
-        for w in record["wrap_objects"]
-        if w["type"] in ("sphere", "ellipsoid")
+        for w in record.wrap_objects
+        if w.type in ("sphere", "ellipsoid")
     }
 
 
-def _line(record: Mapping[str, Any], name: str, surfaces: Mapping[str, Surface]) -> MuscleLine:
-    muscles = {muscle["name"]: muscle for muscle in record["muscles"]}
+def _line(record: ModelRecord, name: str, surfaces: Mapping[str, Surface]) -> MuscleLine:
+    muscles = {muscle.name: muscle for muscle in record.muscles}
     if name not in muscles:
         raise ModelError(
-            f"solution, muscles: {name} is not in the model record of {record['participant']}. "
+            f"solution, muscles: {name} is not in the model record of {record.participant}. "
             "Use the record that the solution was made with."
         )
     muscle = muscles[name]
-    points = tuple(_point(record, p["body"], p["location_m"]) for p in muscle["points"])
-    wraps = tuple(surfaces[wrap] for wrap in muscle["wraps"] if wrap in surfaces)
-    return MuscleLine(name, muscle["group"], points, wraps)
+    points = tuple(_point(record, p.body, p.location_m) for p in muscle.points)
+    wraps = tuple(surfaces[wrap] for wrap in muscle.wraps if wrap in surfaces)
+    return MuscleLine(name, muscle.group, points, wraps)
 
 
-def _glenoid_rim(record: Mapping[str, Any], head_radius: float) -> Array:
+def _glenoid_rim(record: ModelRecord, head_radius: float) -> Array:
     """Rim of the glenoid (K, 3) [m], scapula axes, in the plane that touches the humeral head.
 
     A force through the centre of the head passes this ellipse inside where its shear over
@@ -177,4 +178,4 @@ def _glenoid_rim(record: Mapping[str, Any], head_radius: float) -> Array:
     angle = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS, endpoint=False)
     shear = np.outer(np.cos(angle), superior_inferior_limit(record) * axes[:, 1])
     shear += np.outer(np.sin(angle), ANTERIOR_POSTERIOR_LIMIT * axes[:, 2])
-    return np.array(record["joints"]["gh1"]["location_m"]) + head_radius * (shear - axes[:, 0])
+    return np.array(record.joints["gh1"].location_m) + head_radius * (shear - axes[:, 0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from scapulohumeral.report import chapters, tables
@@ -14,6 +13,7 @@ from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
 from scapulohumeral.report.tracking import figures, solver_figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock
+from scapulohumeral.templates import page_template
 
 TEMPLATE = "template.html.j2"
 
@@ -26,14 +26,7 @@ def render_report(files: ReportFiles) -> str:
     DataError                        no solve, or files that do not belong together
     """
     study = read_study(files)
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.report", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE).render(_content(study))
+    return page_template("scapulohumeral.report", TEMPLATE).render(_content(study))
 
 
 def _content(study: Study) -> dict[str, Any]:
@@ -75,9 +68,9 @@ def _content(study: Study) -> dict[str, Any]:
         "gimbal": gimbal_lock(study),
         "clavicle": clavicle_point(study),
         "conoid_N_per_m": sorted(
-            {record["conoid"]["stiffness_N_per_m"] for record in study.models.values()}
+            {record.conoid.stiffness_N_per_m for record in study.models.values()}
         ),
-        "masses": sorted({record["masses"] for record in study.models.values()}),
+        "masses": sorted({record.masses for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
     }
 
@@ -109,8 +102,7 @@ def clavicle_point(study: Study) -> dict[str, Any]:
     """
     points = {run.summary["settings"]["weights"]["clavicle_point_m"] for run in study.runs}
     distances = [
-        float(np.linalg.norm(record["joints"]["ac1"]["location_m"]))
-        for record in study.models.values()
+        float(np.linalg.norm(record.joints["ac1"].location_m)) for record in study.models.values()
     ]
     return {
         "points_m": sorted(points),

@@ -17,6 +17,7 @@ import pandas as pd
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import Motion, read_motion, read_participant
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
 from scapulohumeral.report.coordination import Coordination, CoordinationFiles, read_coordination
@@ -39,6 +40,7 @@ class ReportFiles:
     sources : files that state assumptions
     coordination : files of EMG, calibration, validation and prediction, as far as there are any
     diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
+    real_cases : table of diagnoses whose cause is known, or none
     """
 
     summary: Path
@@ -54,6 +56,7 @@ class ReportFiles:
     coordination: CoordinationFiles = CoordinationFiles()
     diagnoses: Sequence[Path] = ()
     blind_scores: Sequence[Path] = ()
+    real_cases: Sequence[Path] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +123,13 @@ class Study:
     assumptions : marked in the source files
     coordination : EMG, calibration, validation and prediction
     diagnoses, blind_scores : documents of the gap diagnosis
+    real_cases : one row per diagnosis of known cause; empty if none was made
     """
 
     summary: pd.DataFrame
     runs: list[Run]
     trials: list[TrialRuns]
-    models: dict[str, dict[str, Any]]
+    models: dict[str, ModelRecord]
     thoraxes: dict[str, dict[str, Any]]
     quality: pd.DataFrame
     equations: dict[str, dict[str, Any]]
@@ -135,6 +139,7 @@ class Study:
     equation_folders: Sequence[Path]
     diagnoses: list[dict[str, Any]]
     blind_scores: list[dict[str, Any]]
+    real_cases: pd.DataFrame
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""
@@ -160,7 +165,7 @@ def read_study(files: ReportFiles) -> Study:
                                      together
     """
     runs = read_runs(files.summaries, files.solutions)
-    models = {record["participant"]: record for record in map(_read_json, files.models)}
+    models = {record.participant: record for record in map(read_record, files.models)}
     people = {path.parent.name: path.parents[1] for path in files.participants}
     published = {n: read_participant(folder, n).predictions for n, folder in people.items()}
     headers = [_read_json(folder / "header.json") for folder in files.equations]
@@ -178,7 +183,14 @@ def read_study(files: ReportFiles) -> Study:
         equation_folders=files.equations,
         diagnoses=[_read_json(path) for path in files.diagnoses],
         blind_scores=[_read_json(path) for path in files.blind_scores],
+        real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
     )
+
+
+def read_known_cases(path: Path) -> pd.DataFrame:
+    """A table of cases of known cause; its empty texts stay texts."""
+    texts = {"said": "", "status_reason": ""}
+    return pd.read_csv(path, dtype=dict.fromkeys(texts, object)).fillna(texts)
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -208,7 +220,7 @@ def read_runs(summaries: Sequence[Path], solutions: Sequence[Path]) -> list[Run]
 
 
 def by_trial(
-    runs: Sequence[Run], models: Mapping[str, Mapping[str, Any]], participants: Sequence[Path]
+    runs: Sequence[Run], models: Mapping[str, ModelRecord], participants: Sequence[Path]
 ) -> list[TrialRuns]:
     """Solves sorted by recorded motion.
 
@@ -225,7 +237,7 @@ def by_trial(
     for (participant, trial), by_formulation in found.items():
         published = people[participant].trial(trial).published_file
         ordered = {f: by_formulation[f] for f in FORMULATIONS if f in by_formulation}
-        groups = [muscle["group"] for muscle in models[participant]["muscles"]]
+        groups = models[participant].muscle_groups
         motion = read_motion(published) if published else None
         trials.append(TrialRuns(participant, trial, ordered, motion, np.array(groups)))
     return trials

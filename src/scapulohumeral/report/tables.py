@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.report.published.paper import (
     BODY_MASS_MEAN_KG,
@@ -69,8 +70,8 @@ def masses(study: Study) -> Table:
     rows: list[tuple[str, ...]] = []
     flagged: set[int] = set()
     for name, record in study.models.items():
-        body = record["body_mass_kg"]
-        kg = [sum(record["segments"][s]["mass_kg"] for s in part) for part in ARM_SEGMENTS.values()]
+        body = record.body_mass_kg
+        kg = [sum(record.segments[s].mass_kg for s in part) for part in ARM_SEGMENTS.values()]
         expected = body * arm_share(record)
         ratio = sum(kg) / expected
         if max(ratio, 1.0 / ratio) > IMPLAUSIBLE_RATIO:
@@ -93,10 +94,9 @@ def masses(study: Study) -> Table:
     return Table(columns, rows, frozenset(flagged))
 
 
-def arm_share(record: dict) -> float:
+def arm_share(record: ModelRecord) -> float:
     """Arm mass over body mass: mean of women and men after de Leva 1996."""
-    shares = record["constants"]["anthropometry"]
-    return sum(shares[f"{sex}_{part}"] for sex in ("male", "female") for part in ARM_SEGMENTS) / 2
+    return sum(record.constants.anthropometry.share(part, None) for part in ARM_SEGMENTS)
 
 
 def mass_judgement(body_mass_kg: float, ratio: float) -> str:
@@ -269,7 +269,7 @@ def reactions(study: Study) -> Table:
     for run in study.runs:
         if not run.failed:
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
-            weight = STANDARD_GRAVITY * study.models[run.participant]["body_mass_kg"]
+            weight = STANDARD_GRAVITY * study.models[run.participant].body_mass_kg
             peak = int(force.argmax())
             cells = (
                 f"{force.max():.0f}",
@@ -285,8 +285,8 @@ def muscle_groups(study: Study) -> Table:
     """Muscle groups of the model and their elements."""
     record = next(iter(study.models.values()))
     groups: dict[str, list[str]] = {}
-    for muscle in record["muscles"]:
-        groups.setdefault(muscle["group"], []).append(muscle["name"])
+    for muscle in record.muscles:
+        groups.setdefault(muscle.group, []).append(muscle.name)
     rows = [
         (GROUP_NAMES.get(g, g), str(len(names)), ", ".join(names)) for g, names in groups.items()
     ]

@@ -23,6 +23,7 @@ from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
 from scapulohumeral.errors import SolveError
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
@@ -93,7 +94,7 @@ class _Study:
 
     @property
     def emg(self) -> EmgTerm:
-        names = [muscle["name"] for muscle in self.model.record["muscles"]]
+        names = self.model.record.muscle_names
         return EmgTerm(self.channels.matrix(names), self.envelopes, self.composite.activity)
 
 
@@ -159,7 +160,7 @@ def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
 
 
 def calibrated_muscles(
-    record: Mapping[str, Any], channels: Path, calibration: Path | None
+    record: ModelRecord, channels: Path, calibration: Path | None
 ) -> MuscleParameters:
     """Muscle parameters of a participant: calibrated, or generic without a calibration."""
     generic = muscle_parameters(record)

@@ -5,13 +5,12 @@ Letters: N nodes, C = 14 coordinates, M muscles.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 from scapulohumeral.ocp.solution import Solution, read_solution
 
@@ -47,7 +46,7 @@ def export_opensim(solution: Path, model: Path, motion: Path, states: Path) -> N
     muscle elements than are simulated, so a reader has to allow missing states.
     """
     solved = read_solution(solution, allow_failed=True)
-    record = json.loads(model.read_text(encoding="utf-8"))
+    record = read_record(model)
     coordinates = opensim_coordinates(solved, record)
     speeds = np.gradient(coordinates, solved.time_s, axis=0)
     paths = [f"/jointset/{joint}/{name}" for name, joint in COORDINATE_JOINTS.items()]
@@ -59,11 +58,11 @@ def export_opensim(solution: Path, model: Path, motion: Path, states: Path) -> N
     _write(states, solved, labels, columns, in_degrees=False)
 
 
-def opensim_coordinates(solution: Solution, record: dict[str, Any]) -> Array:
+def opensim_coordinates(solution: Solution, record: ModelRecord) -> Array:
     """All coordinates of the model over time, shape (N, C) [rad], without jumps of full turns."""
     angles = continuous_angles(solution.angles_rad, solution.reference_rad[0])
     values = dict(zip(ANGLE_NAMES, angles.T, strict=True))
-    values["PS_y"] = np.full(len(angles), record["pronation_rad"])
+    values["PS_y"] = np.full(len(angles), record.pronation_rad)
     zero = np.zeros(len(angles))
     return np.column_stack([values.get(name, zero) for name in COORDINATE_JOINTS])
 

@@ -5,7 +5,6 @@ Letters: P sampled poses, M muscles, F recorded frames, K = 10 rotations behind 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +25,7 @@ from scapulohumeral.model.muscle_paths.fit import (
     on_one_branch,
 )
 from scapulohumeral.model.muscle_paths.geometry import crossed_joints, is_straight
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     Array,
@@ -63,7 +63,7 @@ def fit_muscle_geometry(
     formulation : str                "quaternion" or "euler"
     settings : FitSettings
     """
-    record = json.loads(model.read_text(encoding="utf-8"))
+    record = read_record(model)
     return fit_geometry(record, read_samples(samples, formulation).fit, settings)
 
 
@@ -155,7 +155,7 @@ def assess_muscle_geometry(
         spanned rotations; direction_rmse [1]; fibre_min, fibre_max, normalised over the recorded
         motions [1]; fibre_outside (beyond FIBRE_LENGTH_RANGE)
     """
-    record = json.loads(model.read_text(encoding="utf-8"))
+    record = read_record(model)
     geometry, sampled = fit.geometry, read_samples(samples, dynamics.name)
     held_out, forces = sampled.held_out, MuscleForces(dynamics, geometry)
     length, _ = forces.lengths(sampled.held_out_q, np.zeros((len(sampled.held_out_q), 10)))
@@ -171,8 +171,8 @@ def assess_muscle_geometry(
     return pd.DataFrame(
         {
             "muscle": geometry.names,
-            "path": [PATHS[is_straight(muscle)] for muscle in record["muscles"]],
-            "joints": [" ".join(crossed_joints(muscle)) for muscle in record["muscles"]],
+            "path": [PATHS[is_straight(muscle)] for muscle in record.muscles],
+            "joints": [" ".join(crossed_joints(muscle)) for muscle in record.muscles],
             "terms": np.count_nonzero(geometry.length, axis=1),
             "condition": fit.condition,
             "left_out_fit": fit.left_out,
@@ -189,7 +189,7 @@ def assess_muscle_geometry(
     )
 
 
-def fibre_lengths(forces: MuscleForces, record: dict, recordings: Sequence[Path]) -> Array:
+def fibre_lengths(forces: MuscleForces, record: ModelRecord, recordings: Sequence[Path]) -> Array:
     """Normalised fibre lengths (F, M) [1] over all recorded frames, tendons rigid."""
     angles = np.concatenate([read_motion(path).angles_rad for path in recordings])
     q = coordinates(angles, forces.dynamics.name)

@@ -9,7 +9,7 @@ Letters: N nodes, M muscles.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from scapulohumeral.model.published_arm import (
     published_pose,
     with_recorded_girdle,
 )
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.optimality.kkt import certificate
@@ -185,7 +186,7 @@ def stiffen_girdle(parameters: np.ndarray, stiffness_Nm_per_rad: float) -> np.nd
 
 def limit_capacity(
     muscles: MuscleParameters,
-    record: Mapping[str, Any],
+    record: ModelRecord,
     limited: Sequence[str],
     capacity: float,
     lost_force: str = "active",
@@ -197,7 +198,7 @@ def limit_capacity(
     ConfigError
         If the model has no such muscle.
     """
-    groups = np.array([muscle["group"] for muscle in record["muscles"]])
+    groups = np.array(record.muscle_groups)
     unknown = sorted(set(limited) - set(groups))
     if unknown:
         raise ConfigError(
@@ -328,7 +329,7 @@ def _write(
         choices=asdict(scene.settings.choices),
         reached_from=way,
         planes=scene.composite.nodes,
-        body_mass_kg=scene.model.record["body_mass_kg"],
+        body_mass_kg=scene.model.record.body_mass_kg,
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
     )
     more = {**_certify(posed, result), "stop_moment_median_Nm": _stop_moment(posed, result)}

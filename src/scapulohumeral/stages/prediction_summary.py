@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities.prediction_rows import PredictionCase, plane_rows, rhythm_rows
 from scapulohumeral.quantities.rhythm import shared_rhythm
@@ -57,7 +58,7 @@ def summarise_predictions(
     for path, record in zip(solutions, summaries, strict=True):
         solution = read_solution(path, allow_failed=True)
         about = json.loads(record.read_text(encoding="utf-8"))
-        model = json.loads(models[about["participant"]].read_text(encoding="utf-8"))
+        model = read_record(models[about["participant"]])
         rows += _rows(solution, about, model)
         if about["status"] == "optimal":
             motions += [
@@ -107,9 +108,7 @@ def _case(about: Mapping[str, Any]) -> PredictionCase:
     )
 
 
-def _rows(
-    solution: Solution, about: Mapping[str, Any], model: Mapping[str, Any]
-) -> list[dict[str, Any]]:
+def _rows(solution: Solution, about: Mapping[str, Any], model: ModelRecord) -> list[dict[str, Any]]:
     condition = about["condition"]
     proof = about["certificate"] or {"kkt_error": np.nan, "holds": False}
     common = {

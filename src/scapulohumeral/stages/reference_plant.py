@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import yaml
 
+from scapulohumeral.documents import read_mapping
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
@@ -27,6 +26,7 @@ from scapulohumeral.emg.synthesis import (
     simulate_recording,
 )
 from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import Solution, read_solution
@@ -97,7 +97,7 @@ def read_plant(path: Path, groups: tuple[str, ...]) -> Plant:
     ConfigError
         If a key or virtual muscle group is missing or unknown, or a factor is not positive.
     """
-    document: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    document = read_mapping(path, "the groups of a plant", "Restore the file.")
     keys = [field.name for field in fields(Plant)]
     if document.pop("schema", None) != "plant/1" or set(document) != set(keys):
         raise ConfigError(
@@ -122,7 +122,7 @@ def scaler_values(plant: Plant, scalers: Scalers) -> np.ndarray:
     return np.array([[kind[name] for name in scalers.names] for kind in (plant.force, plant.fibre)])
 
 
-def plant_muscles(record: Mapping[str, Any], channels: Channels, plant: Plant) -> MuscleParameters:
+def plant_muscles(record: ModelRecord, channels: Channels, plant: Plant) -> MuscleParameters:
     """Muscle parameters of the plant of a participant."""
     scalers = muscle_groups(record, channels)
     muscles = scalers.apply(muscle_parameters(record), scaler_values(plant, scalers))

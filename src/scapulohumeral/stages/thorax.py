@@ -10,9 +10,8 @@ Letters: F recorded frames, C = 2 contact points. Positions are in thorax axes, 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -20,6 +19,7 @@ from scipy.optimize import least_squares
 from scapulohumeral.errors import DataError, ModelError
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import Array, trial_to_pose
 
 PRIOR_SURFACE = "serr_ant"
@@ -49,16 +49,16 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     ModelError                       if the model has no ellipsoid to start from
     DataError                        if a recording cannot be read or the fit does not converge
     """
-    record = json.loads(model.read_text(encoding="utf-8"))
+    record = read_record(model)
     prior = prior_ellipsoid(record)
     poses = np.concatenate([trial_to_pose(read_motion(path).angles_rad) for path in recordings])
     points = contact_points(record, poses)
-    inside_factor = record["constants"]["scapulothoracic_contact"]["inside_factor"]
+    inside_factor = record.constants.scapulothoracic_contact.inside_factor
     centre, radii = fit_ellipsoid(points.reshape(-1, 3), *prior, inside_factor)
     level = level_set(points, centre, radii)
     document = {
         "schema": "thorax/1",
-        "participant": record["participant"],
+        "participant": record.participant,
         "centre_m": centre.tolist(),
         "radii_m": radii.tolist(),
         "level_mean": float(level.mean()),
@@ -79,25 +79,25 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     thorax.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def prior_ellipsoid(record: Mapping[str, Any]) -> tuple[Array, Array]:
+def prior_ellipsoid(record: ModelRecord) -> tuple[Array, Array]:
     """Centre (3,) and radii (3,) [m] of the ellipsoid over which serratus anterior wraps.
 
     As scaled: what is flattened for the paths of muscles is no measure of the thorax.
     """
-    for surface in record["wrap_objects"]:
-        if surface["name"] == PRIOR_SURFACE:
-            return np.array(surface["translation_m"]), np.array(surface["scaled_dimensions_m"])
+    for surface in record.wrap_objects:
+        if surface.name == PRIOR_SURFACE:
+            return np.array(surface.translation_m), np.array(surface.scaled_dimensions_m)
     raise ModelError(
-        f"model of {record['participant']}: no wrapping surface {PRIOR_SURFACE!r}, which the fit "
+        f"model of {record.participant}: no wrapping surface {PRIOR_SURFACE!r}, which the fit "
         "of the thorax starts from. Add it to wrap_objects.csv."
     )
 
 
-def contact_points(record: Mapping[str, Any], poses: Array) -> Array:
+def contact_points(record: ModelRecord, poses: Array) -> Array:
     """Positions of the scapulothoracic contact points, shape (F, C, 3) [m], at poses (F, 13)."""
     origin, matrix = segment_frames(record, poses)["scapula_r"]
-    names = record["constants"]["scapulothoracic_contact"]["points"]
-    local = np.array([record["markers"][name]["location_m"] for name in names])
+    names = record.constants.scapulothoracic_contact.points
+    local = np.array([record.markers[name].location_m for name in names])
     return origin[:, None] + np.einsum("fij,cj->fci", matrix, local)
 
 

@@ -3,7 +3,6 @@
 Run as ``pytest -m opensim``. The equations need casadi, so they run in a process of their own.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from scapulohumeral.model.muscle_paths.opensim_sampling import inverse_dynamics
 from scapulohumeral.model.muscle_paths.pose_region import recorded_angles
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.record import write_record
 from scapulohumeral.model.tables import read_tables
 
 pytestmark = pytest.mark.opensim
@@ -32,7 +32,7 @@ def torques(tmp_path_factory, equations_folder):
     participant = read_participant(REPOSITORY / "config" / "participants", "par2")
     model = participant_model(tables, participant, ModelChoices())
     record = model_record(model, participant, tables, ModelChoices())
-    (folder / "record.json").write_text(json.dumps(record))
+    write_record(record, folder / "record.json")
     rng = np.random.default_rng(1)
     recorded = recorded_angles(participant)
     recorded = recorded[np.abs(np.sin(recorded[:, 7])) > 0.2]  # away from gimbal lock

@@ -1,84 +1,57 @@
 """Numbers of a model record in the equations: combined forearm, rest pose, muscles."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from arm import HILL_RECORD
 from scipy.spatial.transform import Rotation
+from skeleton import CONSTANTS, joint, muscle, skeleton_record
 
 from scapulohumeral.dynamics import participant_parameters as pp
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.constants import PassiveJoint, ScapulothoracicContact
+from scapulohumeral.model.record import PointRecord, SegmentRecord
+from scapulohumeral.model.rotations import ANGLE_NAMES
 
 pytestmark = pytest.mark.unit
 
-STRAIGHT = [0.0, 0.0, 0.0]
-
-
-def segment(mass, com, inertia):
-    return {"mass_kg": mass, "com_m": com, "inertia_kgm2": inertia}
+STRAIGHT = (0.0, 0.0, 0.0)
 
 
 def make_record(pronation=0.0, hu=STRAIGHT):
     """A forearm of three parts along y, and round numbers for the rest."""
-    rod = [4e-3, 1e-3, 4e-3, 0.0, 0.0, 0.0]
+    rod = (4e-3, 1e-3, 4e-3, 0.0, 0.0, 0.0)
     bodies = ("clavicle_r", "scapula_r", "humerus_r")
-    names = ("SC_y", "SC_z", "SC_x", "AC_y", "AC_z", "AC_x", "GH_y", "GH_z", "GH_yy", "EL_x")
-    return {
-        "gravity_mps2": [0.0, -9.8, 0.0],
-        "segments": {
-            **{name: segment(k + 1.0, [0.1, 0.2, 0.3], rod) for k, name in enumerate(bodies)},
-            "ulna_r": segment(1.0, [0.0, -0.1, 0.0], rod),
-            "radius_r": segment(1.0, [0.02, -0.1, 0.0], rod),
-            "hand_r": segment(0.5, [0.0, -0.05, 0.03], [1e-3, 2e-3, 3e-3, 1e-4, 2e-4, 3e-4]),
+    contact = ScapulothoracicContact(2e4, 0.01, 1.0, ("upper", "lower"))
+    passive = PassiveJoint(1.5, 400.0, 0.01, 0.7)
+    return replace(
+        skeleton_record(),
+        gravity_mps2=(0.0, -9.8, 0.0),
+        segments={
+            **{name: SegmentRecord(k + 1.0, (0.1, 0.2, 0.3), rod) for k, name in enumerate(bodies)},
+            "ulna_r": SegmentRecord(1.0, (0.0, -0.1, 0.0), rod),
+            "radius_r": SegmentRecord(1.0, (0.02, -0.1, 0.0), rod),
+            "hand_r": SegmentRecord(0.5, (0.0, -0.05, 0.03), (1e-3, 2e-3, 3e-3, 1e-4, 2e-4, 3e-4)),
         },
-        "joints": {
-            "sc1": {"location_m": [0.02, 0.0, 0.0], "orientation_rad": STRAIGHT},
-            "ac1": {"location_m": [0.15, 0.0, 0.0], "orientation_rad": STRAIGHT},
-            "gh1": {"location_m": [0.0, -0.05, 0.0], "orientation_rad": STRAIGHT},
-            "hu": {"location_m": [0.0, -0.3, 0.0], "orientation_rad": hu},
-            "ur": {"location_m": [0.0, -0.02, 0.0], "orientation_rad": STRAIGHT},
-            "rc": {"location_m": [0.0, -0.2, 0.0], "orientation_rad": STRAIGHT},
+        joints={
+            "sc1": joint([0.02, 0.0, 0.0]),
+            "ac1": joint([0.15, 0.0, 0.0]),
+            "gh1": joint([0.0, -0.05, 0.0]),
+            "hu": joint([0.0, -0.3, 0.0], hu),
+            "ur": joint([0.0, -0.02, 0.0]),
+            "rc": joint([0.0, -0.2, 0.0]),
         },
-        "axes": {"EL_x": [2.0, 0.0, 0.0], "PS_y": [0.0, 1.0, 0.0]},
-        "pronation_rad": pronation,
-        "coordinates": {name: {"min_rad": -0.2, "max_rad": 0.6} for name in names},
-        "girdle_range_rad": {name: [k, k + 0.5] for k, name in enumerate(names[:6])},
-        "markers": {
-            "upper": {"location_m": [-0.1, 0.0, 0.0]},
-            "lower": {"location_m": [-0.1, -0.1, 0.0]},
+        axes={"EL_x": (2.0, 0.0, 0.0), "PS_y": (0.0, 1.0, 0.0)},
+        pronation_rad=pronation,
+        girdle_range_rad={name: (k, k + 0.5) for k, name in enumerate(ANGLE_NAMES[:6])},
+        markers={
+            "upper": PointRecord("scapula_r", (-0.1, 0.0, 0.0)),
+            "lower": PointRecord("scapula_r", (-0.1, -0.1, 0.0)),
         },
-        "conoid": {
-            "origin_m": [0.1, 0.0, 0.0],
-            "insertion_m": [0.0, 0.0, 0.1],
-            "length_m": 0.02,
-            "stiffness_N_per_m": 1000.0,
-            "eps_m": 1e-3,
-        },
-        "constants": {
-            "scapulothoracic_contact": {
-                "points": ["upper", "lower"],
-                "stiffness_N_per_m": 2e4,
-                "eps": 0.01,
-            },
-            "passive_joint": {
-                "k1_Nm_per_rad": 1.5,
-                "k2_Nm_per_rad2": 400.0,
-                "eps_rad": 0.01,
-                "b_Nms_per_rad": 0.7,
-            },
-            "hill": HILL_RECORD,
-        },
-        "muscles": [
-            {
-                "name": "only",
-                "max_isometric_force_N": 300.0,
-                "optimal_fibre_length_m": 0.1,
-                "tendon_slack_length_m": 0.2,
-                "activation_time_s": 0.01,
-                "deactivation_time_s": 0.04,
-            }
-        ],
-    }
+        constants=replace(CONSTANTS, scapulothoracic_contact=contact, passive_joint=passive),
+        muscles=(muscle("only"),),
+    )
 
 
 THORAX = {"centre_m": [0.0, -0.1, 0.05], "radii_m": [0.1, 0.2, 0.1]}
@@ -116,12 +89,12 @@ def test_forearm_inertia_gives_the_energy_of_its_parts():
     for omega in np.random.default_rng(1).normal(size=(5, 3)):
         expected = 0.0
         for name, (origin, rotation) in places.items():
-            part = record["segments"][name]
-            velocity = np.cross(omega, origin + rotation.apply(part["com_m"]))
+            part = record.segments[name]
+            velocity = np.cross(omega, origin + rotation.apply(part.com_m))
             own = rotation.apply(omega, inverse=True)
-            xx, yy, zz, xy, xz, yz = part["inertia_kgm2"]
+            xx, yy, zz, xy, xz, yz = part.inertia_kgm2
             matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            expected += 0.5 * part["mass_kg"] * velocity @ velocity + 0.5 * own @ matrix @ own
+            expected += 0.5 * part.mass_kg * velocity @ velocity + 0.5 * own @ matrix @ own
         velocity = np.cross(omega, com)
         actual = 0.5 * mass * velocity @ velocity + 0.5 * omega @ tensor @ omega
         assert actual == pytest.approx(expected, rel=1e-12)
@@ -136,9 +109,9 @@ def test_elbow_axis_is_a_unit_vector_in_the_humerus():
 def test_rest_is_the_middle_of_the_ranges():
     rest = pp.rest_pose(make_record())
     assert rest["rest_EL"] == pytest.approx(0.2)
-    for joint, sequence in (("SC", "YZX"), ("AC", "YZX"), ("GH", "YZY")):
+    for name, sequence in (("SC", "YZX"), ("AC", "YZX"), ("GH", "YZY")):
         expected = Rotation.from_euler(sequence, [0.2, 0.2, 0.2]).as_matrix()
-        np.testing.assert_allclose(rest[f"rest_{joint}"], expected, atol=1e-15)
+        np.testing.assert_allclose(rest[f"rest_{name}"], expected, atol=1e-15)
 
 
 def test_parameters_are_found_under_their_names():
@@ -157,7 +130,7 @@ def test_parameters_are_found_under_their_names():
 
 def test_value_that_is_not_finite_is_refused():
     record = make_record()
-    record["conoid"]["length_m"] = np.nan
+    record = replace(record, conoid=replace(record.conoid, length_m=np.nan))
     with pytest.raises(ModelError, match="conoid_length"):
         pp.dynamics_parameters(record, THORAX, 0.0)
 

@@ -3,10 +3,8 @@
 import zlib
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
@@ -14,12 +12,10 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap import assembly
 from scapulohumeral.gap.answer import _remarks_on_shrinkage
-from scapulohumeral.gap.benchmark import hidden_task
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.detection.size import NO_INTERVAL
-from scapulohumeral.gap.effects.base import Setup
-from scapulohumeral.gap.effects.library import EMG_FAMILIES, library
-from scapulohumeral.gap.isolation import doubts, posterior, search
+from scapulohumeral.gap.effects.library import EMG_FAMILIES
+from scapulohumeral.gap.isolation import search
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.nominal.control_bias import no_drive
 from scapulohumeral.gap.pipeline import diagnose
@@ -63,6 +59,17 @@ def smooth_change(name, channels, nodes=NODES):
     return curves * moved * [sizes[channel_kind(c)] for c in channels]
 
 
+def made_up_movement(channels):
+    """Change (10, B, N, K) by another movement, which is realised and asks for another EMG."""
+    count = SETTINGS.phase_functions
+    shapes = phase_functions(NODES, count).T * np.sqrt(NODES)
+    change = np.zeros((DOF, count, NODES, len(channels)))
+    for dof in range(DOF):
+        change[dof, :, :, dof] = shapes
+        change[dof, :, :, DOF:] = 0.01 * shapes[..., None] * (1.0 + dof % 3)
+    return change
+
+
 def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_bias):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = channel_names(sensors.channels, sensors.contact)
@@ -82,7 +89,8 @@ def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_
     levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
     session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
     return TaskSignatures(
-        task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures, posture=none,
+        task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures,
+        intended=made_up_movement(channels), posture=none,
         session=session, followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session, slack=slack, levers=levers,
         needed=np.zeros((NODES - 1, 10)), drive=no_drive(NODES, 3),
@@ -366,259 +374,3 @@ def test_names_and_order_do_not_matter():
     assert [c.label for c in one.candidates] == [c.label for c in two.candidates]
     np.testing.assert_allclose([c.p for c in one.candidates], [c.p for c in two.candidates])
     assert one.gap == two.gap
-
-
-class MadeFit:
-    """What probabilities need of a fit: one parameter, absent at 0, at most 1."""
-
-    hypothesis = SimpleNamespace(
-        effects=(SimpleNamespace(params=(SimpleNamespace(unit="deg"),)),),
-        bounds=(np.zeros(1), np.ones(1)),
-        prior_sd=np.ones(1),
-    )
-    covariance = np.full((1, 1), 0.01)
-
-    def __init__(self, label, log_evidence, left=40.0, misfit=1.0, x=0.5):
-        self.label, self.log_evidence, self.left, self.misfit = label, log_evidence, left, misfit
-        self.x = np.array([x])
-
-
-PRIOR = {"a": 0.35, "b": 0.35, "none": 0.1, "no_gap": 0.2}
-SQUARES = doubts.Squares(whole=100.0, expected=20.0, excess=1.0)
-
-
-def judged(fits, present=True, no_gap=0.0, temperature=1.0, squares=SQUARES, none=0.0):
-    return posterior.posterior(
-        fits,
-        {"none": none, "no_gap": no_gap},
-        PRIOR,
-        temperature,
-        posterior.no_gap_range(present, referenced=True),
-        squares if present else None,
-    )
-
-
-def test_probabilities_are_capped_by_the_test_for_a_gap():
-    fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
-    absent, present = judged(fits, present=False), judged(fits, no_gap=90.0)
-    assert absent.no_gap == posterior.SILENT[True] > posterior.SILENT[False] > 0.5
-    assert present.no_gap == 0.5
-    for found in (absent, present):
-        assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
-        assert posterior.credible_set(found) == ("no_gap", "a")
-    assert judged(fits, temperature=100.0).labels["a"] < present.labels["a"] / 0.5
-
-
-def test_smooth_forces_alone_do_not_outweigh_a_cause_that_explains_the_gap():
-    fits = [MadeFit("a", 50.0), MadeFit("b", 40.0)]
-    for better in (90.0, 9000.0):
-        found = judged(fits, none=better)
-        assert found.none == pytest.approx(posterior.UNKNOWN)
-        assert found.labels["a"] == pytest.approx(1.0 - posterior.UNKNOWN, rel=1e-3)
-        assert found.none + found.no_gap + sum(found.labels.values()) == pytest.approx(1.0)
-    assert judged(fits, none=45.0).none < posterior.UNKNOWN
-
-
-def test_a_cause_that_explains_nothing_is_none_of_these():
-    def with_left(left, present=True, expected=20.0):
-        fits = [MadeFit("a", 50.0, left), MadeFit("b", 10.0)]
-        return judged(fits, present, squares=replace(SQUARES, expected=expected))
-
-    assert with_left(60.0).labels["a"] == pytest.approx(1.0)
-    assert with_left(84.0).labels["a"] == pytest.approx(1.0)
-    assert with_left(88.0).labels["a"] == pytest.approx(0.75)
-    assert with_left(88.0).none == pytest.approx(0.25)
-    assert with_left(92.0).labels["a"] == pytest.approx(0.5)
-    assert with_left(92.0).none == pytest.approx(0.5)
-    assert with_left(100.0, present=False).none == pytest.approx(0.0)
-    assert with_left(100.0).none == pytest.approx(doubts.LARGEST_DOUBT)
-    # What sessions change no cause has to explain.
-    assert with_left(92.0, expected=90.0).labels["a"] == pytest.approx(1.0)
-    assert with_left(98.0, expected=110.0).labels["a"] == pytest.approx(1.0)
-
-
-def test_a_cause_that_neither_fits_nor_explains_is_none_of_these():
-    def doubt(left, misfit, excess=1.0):
-        fits = [MadeFit("a", 50.0, left, misfit), MadeFit("b", 10.0)]
-        return judged(fits, squares=replace(SQUARES, excess=excess)).none
-
-    assert doubt(60.0, 1.2) == pytest.approx(0.0)
-    assert doubt(60.0, 1.35) == pytest.approx(0.5)
-    assert doubt(60.0, 3.0) == pytest.approx(doubts.LARGEST_DOUBT)
-    # Where effect-free cases vary more than assumed, so do others.
-    assert doubt(60.0, 2.16, excess=1.5) == pytest.approx(0.0)
-    # Noise may be larger than assumed: what explains most of the gap stays the cause.
-    assert doubt(40.0, 3.0) == pytest.approx(0.0)
-    assert doubt(50.0, 3.0) == pytest.approx(0.5)
-
-
-def test_a_cause_as_large_as_it_may_be_has_to_explain():
-    def doubt(left, x):
-        return judged([MadeFit("a", 50.0, left, x=x), MadeFit("b", 10.0)]).none
-
-    assert doubt(60.0, 1.0) == pytest.approx(doubts.LARGEST_DOUBT)
-    assert doubt(50.0, 1.0) == pytest.approx(0.5)
-    assert doubt(40.0, 1.0) == pytest.approx(0.0)
-    # Inside of its bounds, or where it is absent, its size is no reason. With its prior: the data
-    # alone would have the second one a little larger, on its bound.
-    assert doubt(60.0, 0.9) == pytest.approx(0.0)
-    assert doubt(60.0, 0.995) == pytest.approx(0.0)
-    assert doubt(60.0, 0.0) == pytest.approx(0.0)
-
-
-def test_two_causes_together_have_to_explain():
-    def doubt(left):
-        both = MadeFit("a", 50.0, left)
-        both.x = np.array([0.5, 0.5])
-        both.hypothesis = SimpleNamespace(
-            effects=2 * MadeFit.hypothesis.effects, bounds=(np.zeros(2), np.ones(2))
-        )
-        return judged([both, MadeFit("b", 10.0)]).none
-
-    assert doubt(60.0) == pytest.approx(doubts.LARGEST_DOUBT)
-    assert doubt(50.0) == pytest.approx(0.5)
-    assert doubt(40.0) == pytest.approx(0.0)
-
-
-def test_evidence_may_mislead():
-    """A share of all probability goes back to none of these and to single causes; order stays."""
-    labels = {"a": 0.7, "b": 0.1, "a + b": 0.05}
-    found = posterior.perhaps_misled(posterior.Posterior(labels, none=0.05, no_gap=0.1), PRIOR)
-    half = 0.5 * posterior.MISLED * 0.9
-    assert found.no_gap == 0.1
-    assert found.none == pytest.approx((1.0 - posterior.MISLED) * 0.05 + half)
-    assert found.labels["a"] == pytest.approx((1.0 - posterior.MISLED) * 0.7 + 0.5 * half)
-    assert found.labels["a + b"] == pytest.approx((1.0 - posterior.MISLED) * 0.05)
-    assert sum(found.labels.values()) + found.none + found.no_gap == pytest.approx(1.0)
-    # Certain as the evidence may be, none of these stays among what reaches 90 %.
-    even = dict.fromkeys("abcd", 0.25)
-    certain = posterior.Posterior({**dict.fromkeys("bcd", 0.0), "a": 1.0}, none=0.0, no_gap=0.0)
-    assert posterior.credible_set(posterior.perhaps_misled(certain, even)) == ("a", "none")
-
-
-def test_a_cause_that_shrinks_no_gap_needs_more_evidence():
-    """Its own errors explain the gap, not what it predicts."""
-
-    def winner(left, whole=100.0, better=15.0):
-        fits = [MadeFit("a", 50.0 + better, left), MadeFit("b", 50.0)]
-        found = judged(fits, squares=replace(SQUARES, whole=whole)).labels
-        return max(found, key=lambda label: found[label])
-
-    assert winner(84.0) == "a"
-    assert winner(120.0) == "b"
-    assert winner(120.0, better=40.0) == "a"
-    # What hardly exceeds noise and sessions no cause has to explain.
-    assert winner(22.6, whole=22.0) == "a"
-
-
-@pytest.mark.parametrize(("more", "first"), [(0.5, "b"), (1.0, "a")])
-def test_causes_rank_by_what_doubts_leave_of_their_probability(more, first):
-    fits = [MadeFit("a", 50.0 + more, 60.0, misfit=3.0), MadeFit("b", 50.0)]
-    [ranked] = posterior.most_probable(fits, {"a": 0.1, "b": 0.1}, 1.0, SQUARES, 1)
-    found = judged(fits).labels
-    assert ranked.label == max(found, key=lambda label: found[label]) == first
-
-
-def test_amplitudes_are_as_large_as_they_may_be_in_any_component():
-    """Two angles and a shape."""
-    params = tuple(SimpleNamespace(unit=unit) for unit in ("deg", "deg", "1"))
-    bounds = (np.full(3, -20.0), np.full(3, 20.0))
-    hypothesis = SimpleNamespace(effects=(SimpleNamespace(params=params),), bounds=bounds)
-    assert doubts._as_large_as_may_be(SimpleNamespace(hypothesis=hypothesis, x=[5.0, 20.0, 0.0]))
-    assert not doubts._as_large_as_may_be(
-        SimpleNamespace(hypothesis=hypothesis, x=[5.0, -15.0, 20.0])
-    )
-
-
-def test_variants_judge_causes_as_the_answer_does(monkeypatch):
-    """What speaks against a cause beside its evidence does so in every variant, too."""
-    named = diagnosed(effect=RIGHT).candidates[0].label
-
-    def against(fitted, squares):
-        return 1e3 if named in fitted.label else 0.0
-
-    monkeypatch.setattr(posterior, "_against", against)
-    done = diagnosed(effect=RIGHT)
-    assert done.candidates[0].label != named
-    assert not any(named in row.verdict for row in done.curves["robustness"].itertuples())
-    assert done.status == "ok"
-
-
-def test_a_new_solution_counts_only_with_more_evidence(monkeypatch):
-    """Where solving again explains less, the derivative is no worse an approximation."""
-
-    def useless(first, residual, *rest):
-        nothing = np.zeros_like(first.hypothesis.slope)
-        return fit(replace(first.hypothesis, slope=nothing), residual, SETTINGS.signature_error)
-
-    kept = diagnosed(effect=RIGHT)
-    monkeypatch.setattr(search, "_refit_or_keep", useless)
-    assert diagnosed(effect=RIGHT).candidates[0] == kept.candidates[0]
-
-
-def test_predictions_have_no_null_bank():
-    answer = diagnose(case(), None, replace(SETTINGS, view="prediction"))
-    assert any("predicted from the humerus" in text for text in answer.warnings)
-    assert answer.hashes["null_bank"] is None
-
-
-def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
-    """Difference of a hidden task in which one EMG channel is half as loud again, and what an
-    answer with a gain of `value` removes of it, if the person shows `factor` times the effect."""
-    monkeypatch.setattr(hidden_task, "task_signatures", made_up_response)
-    plain = trial("high", 0, np.zeros((NODES, len(EVERY))), True, False, 5)
-    louder = replace(plain.emg, values=plain.emg.values * [1.0, 1.5])
-    whole = case(reference=reference)
-    hidden = replace(
-        whole, test=(replace(plain, emg=louder),), reference=(plain,) if reference else ()
-    )
-    label = "measurement/emg_gain/EMG_b"
-    candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
-    names = channel_names(whole.channels, False)
-    factors = pd.DataFrame(factor, index=[label], columns=names)
-    errors = pd.Series({"stiffness": 1.0, "session_share": 1.0})
-    there, removed = hidden_task._compared(
-        whole, hidden, candidate, factors, errors, None, SETTINGS
-    )
-    return there.delta, removed
-
-
-@pytest.mark.parametrize(
-    ("value", "factor", "share"),
-    [(1.5, 1.0, 1.0), (1.0, 1.0, 0.0), (1.25, 1.0, 0.5), (1.25, 2.0, 1.0)],
-)
-def test_truth_on_a_hidden_task_is_what_the_answer_removes_of_it(monkeypatch, value, factor, share):
-    delta, removed = compared_on_a_hidden_task(monkeypatch, value, True, factor)
-    before, after = np.linalg.norm(delta), np.linalg.norm(delta - removed)
-    assert 1.0 - after / before == pytest.approx(share, abs=1e-9)
-
-
-@pytest.mark.parametrize("value", [1.5, 1.0, 1.25])
-def test_hidden_task_without_reference_is_compared_with_its_prediction(monkeypatch, value):
-    """The made-up model predicts what is recorded, so that nothing is left to remove."""
-    delta, _ = compared_on_a_hidden_task(monkeypatch, value, reference=False)
-    np.testing.assert_allclose(delta, 0.0, atol=1e-12)
-
-
-def test_hidden_trials_and_pairs_are_read_in_their_own_order():
-    time = [0.0, 0.5, 1.0]
-    angles = np.linspace(0.0, 40.0, 30).reshape(3, 10)
-    curves = {"time_s": time, "angles_deg": angles.tolist(), "emg": [[0.1], [0.2], [0.3]]}
-    key = {"channels": ["SC_rx", "EMG_b"], "hidden_task": {"test": curves}}
-    read = hidden_task._trial(key, "test")
-    np.testing.assert_allclose(np.rad2deg(read.angles_rad), angles)
-    assert read.emg.channels == ("EMG_b",)
-    assert read.contact is None
-    force = [[1.0, 2.0, 3.0]] * 3
-    other = {**key, "hidden_task": {"test": {**curves, "emg": None, "force_N": force}}}
-    read = hidden_task._trial(other, "test")
-    assert read.emg is None
-    np.testing.assert_allclose(read.contact.force_N, force)
-    effects = library(Setup(("biceps",), CHANNELS, (CHANNELS,), False))
-    load, weak = (
-        next(e for e in effects if e.label == label) for label in ("body/hand_load", RIGHT)
-    )
-    for order in ((load, weak), (weak, load)):
-        names = [{"name": p.name} for effect in order for p in effect.params]
-        candidate = {"label": f"{load.label} + {weak.label}", "parameters": names}
-        assert hidden_task._ordered(effects, candidate) == list(order)

@@ -27,7 +27,7 @@ def test_range_is_widened_to_the_recording_and_no_further():
     angles[:, 0], angles[:, 3] = -0.5, np.deg2rad([40.0, 80.0, 20.0])
     found = girdle_range(COORDINATES, angles, "hanging", MARGIN_RAD)
     base = COORDINATES["SC_y"]
-    assert found["SC_y"] == [base.min_rad, base.max_rad]
+    assert found["SC_y"] == (base.min_rad, base.max_rad)
     np.testing.assert_allclose(np.rad2deg(found["AC_y"]), [20.0, 80.0])
     np.testing.assert_allclose(np.rad2deg(found["SC_z"][1]), 40.0)
 

@@ -1,6 +1,7 @@
 """The tables of the model are complete, and each kind of damage is refused with its place."""
 
 import shutil
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,7 @@ def test_every_muscle_has_a_group_and_plausible_time_constants():
 
 
 def test_hill_constants_are_those_of_the_supplement():
-    assert TABLES.constants["hill"] == {
+    assert asdict(TABLES.constants.hill) == {
         "f_gauss": 0.25,
         "k_pe": 5.0,
         "epsilon_m0": 0.6,
@@ -82,6 +83,15 @@ def test_missing_file(model):
         ("constants.yaml", "subscap11:", "subscap12:", ModelError, "subscap12 not in muscles.csv"),
         ("constants.yaml", "excluded_muscles:", "left_out:", ModelError, "no excluded_muscles"),
         ("constants.yaml", "hill:", "hill: [", ModelError, "cannot be read"),
+        ("constants.yaml", "k_pe: {value: 5.0", "k_pe: {value: '5'", ModelError, "hill.k_pe: '5'"),
+        ("constants.yaml", "  k_pe:", "  k_po:", ModelError, "hill.k_p"),
+        (
+            "constants.yaml",
+            "9.80665, 0.0]",
+            "9.80665]",
+            ModelError,
+            "gravity.vector_mps2.2: is mis",
+        ),
     ],
 )
 def test_damage_is_refused_with_its_place(model, file, old, new, error, message):

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 from small_arm import (
-    STEP,
-    small_forces,
-    small_motion,
-    small_muscles,
     small_objective,
-    small_parameters,
 )
+from small_problem import cold_guess, off_equalities, small_problem
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import quaternion_multiply
@@ -20,8 +16,7 @@ from scapulohumeral.ocp import problem as ocp_problem
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Weights
 from scapulohumeral.ocp.optimality.kkt import certificate
-from scapulohumeral.ocp.problem import Bounds, Problem
-from scapulohumeral.ocp.solving import initial_guess
+from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
@@ -34,14 +29,8 @@ def make(equations):
     """Function that builds the small problem with a Hessian mode."""
 
     def make(hessian="exact", nodes=NODES, stability=2.0, bounds=None):
-        return Problem(
-            small_forces(equations),
-            small_muscles(),
-            small_parameters(),
-            small_objective(equations.name, nodes, stability),
-            hessian,
-            bounds,
-        )
+        objective = small_objective(equations.name, nodes, stability)
+        return small_problem(equations, objective, hessian, bounds=bounds)
 
     return make
 
@@ -50,15 +39,7 @@ def make(equations):
 def point(make):
     """A free vector near the motion, off every equality."""
     problem = make()
-    guess = initial_guess.from_motion(
-        problem.collocation.forces,
-        problem.collocation.muscles,
-        problem.collocation.parameters,
-        small_motion(NODES),
-        STEP,
-    )
-    free = problem.layout.join(guess)
-    return free + 0.02 * np.random.default_rng(5).normal(size=free.size)
+    return off_equalities(problem.layout.join(cold_guess(problem, NODES)))
 
 
 def dense(values, structure, shape):
@@ -196,14 +177,7 @@ def solved(make, strategy, start, **options):
 @pytest.fixture
 def cold_start(make):
     problem = make(nodes=12, stability=0.0)
-    guess = initial_guess.from_motion(
-        problem.collocation.forces,
-        problem.collocation.muscles,
-        problem.collocation.parameters,
-        small_motion(12),
-        STEP,
-    )
-    return Start(problem.layout.join(guess))
+    return Start(problem.layout.join(cold_guess(problem, 12)))
 
 
 @pytest.mark.parametrize("unit", [10.0, 1000.0])

@@ -5,11 +5,12 @@ from pathlib import Path
 import opty
 import pytest
 from opty import direct_collocation
-from small_arm import small_forces, small_muscles, small_objective, small_parameters
+from small_arm import small_objective
+from small_problem import small_problem
 
 from scapulohumeral.ocp import opty_adapter
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
-from scapulohumeral.ocp.problem import Bounds, Problem
+from scapulohumeral.ocp.problem import Bounds
 
 pytestmark = pytest.mark.unit
 
@@ -22,14 +23,8 @@ ATTRIBUTES = [
 @pytest.fixture
 def make(equations):
     def make(nodes=5, bounds=None, hessian="exact"):
-        return Problem(
-            small_forces(equations),
-            small_muscles(),
-            small_parameters(),
-            small_objective(equations.name, nodes, 2.0),
-            hessian,
-            bounds,
-        )
+        objective = small_objective(equations.name, nodes, 2.0)
+        return small_problem(equations, objective, hessian, bounds=bounds)
 
     return make
 

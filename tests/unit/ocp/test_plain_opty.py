@@ -6,15 +6,14 @@ from opty.direct_collocation import ConstraintCollocator
 from scipy import sparse
 from small_arm import (
     STEP,
-    small_forces,
     small_geometry,
     small_muscles,
     small_objective,
     small_parameters,
 )
+from small_problem import small_problem
 
 from scapulohumeral.ocp.plain_opty import symbolic_equations
-from scapulohumeral.ocp.problem import Problem
 
 pytestmark = pytest.mark.unit
 
@@ -24,9 +23,7 @@ NODES = 4
 @pytest.mark.slow  # opty needs five minutes to generate and compile three muscles
 def test_constraints_and_jacobian_equal_those_of_opty(equations):
     objective = small_objective(equations.name, NODES, stability=0.0)
-    problem = Problem(
-        small_forces(equations), small_muscles(), small_parameters(), objective, "exact"
-    )
+    problem = small_problem(equations, objective)
     plain = symbolic_equations(
         equations.name, small_geometry(), small_muscles(), small_parameters()
     )

@@ -13,6 +13,7 @@ from small_arm import (
     small_objective,
     small_parameters,
 )
+from small_problem import cold_guess, off_equalities, small_problem
 
 from scapulohumeral.dynamics.hill import fibre_length_derivatives, force_derivatives
 from scapulohumeral.emg.channels import channel_means
@@ -49,14 +50,8 @@ def make(equations):
     """Function that builds the small problem with scalers and EMG."""
 
     def make(hessian="exact", scalers=GROUPS, objective=None):
-        return Problem(
-            small_forces(equations),
-            small_muscles(),
-            small_parameters(),
-            objective or emg_objective(equations.name, NODES),
-            hessian,
-            scalers=scalers,
-        )
+        objective = objective or emg_objective(equations.name, NODES)
+        return small_problem(equations, objective, hessian, scalers=scalers)
 
     return make
 
@@ -65,15 +60,8 @@ def make(equations):
 def point(make):
     """A free vector near the motion, off every equality."""
     problem = make()
-    guess = initial_guess.from_motion(
-        problem.collocation.forces,
-        problem.collocation.muscles,
-        problem.collocation.parameters,
-        small_motion(NODES),
-        STEP,
-    )
-    free = problem.layout.join(replace(guess, scalers=VALUES))
-    return free + 0.02 * np.random.default_rng(5).normal(size=free.size)
+    guess = replace(cold_guess(problem, NODES), scalers=VALUES)
+    return off_equalities(problem.layout.join(guess))
 
 
 def dense(values, structure, shape):
@@ -313,9 +301,4 @@ def test_nonsense_is_refused(equations):
         replace(objective, emg=EmgTerm(np.eye(3), np.zeros((2, 3)), np.ones(2)))
     other = EmgTerm(np.eye(2), np.zeros((NODES, 2)), np.ones(NODES))
     with pytest.raises(ConfigError, match="channels name 2 muscles, the model has 3"):
-        Problem(
-            small_forces(equations),
-            small_muscles(),
-            small_parameters(),
-            replace(objective, weights=Weights(emg=1.0), emg=other),
-        )
+        small_problem(equations, replace(objective, weights=Weights(emg=1.0), emg=other))

@@ -65,8 +65,11 @@ def test_objective_has_the_configured_weights(equations):
     )
     assert objective.emg is EMG
     assert objective.step == settings.time_step_s
-    np.testing.assert_allclose(np.rad2deg(objective.glenoid), list(GLENOID.values())[:2])
-    assert objective.superior_inferior_share == GLENOID["superior_inferior_factor"]
+    np.testing.assert_allclose(
+        np.rad2deg(objective.glenoid),
+        [GLENOID.inferior_inclination_deg, GLENOID.anterior_version_deg],
+    )
+    assert objective.superior_inferior_share == GLENOID.superior_inferior_factor
 
 
 def test_terms_without_weight_or_data_are_left_out(equations):

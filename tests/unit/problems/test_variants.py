@@ -15,7 +15,15 @@ from scapulohumeral.problems.problem_choices import (
     chosen_parameters,
     without_force,
 )
-from scapulohumeral.problems.variants import Variant, ladder, model_name, named_variants
+from scapulohumeral.problems.variants import (
+    Variant,
+    choices_of,
+    geometry_name,
+    ladder,
+    model_name,
+    named_variants,
+    predicted,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -54,6 +62,29 @@ def test_models_are_named_by_their_choices():
     assert model_name(configured, {}) is None
     assert model_name(configured, {"masses": "published"}) is None
     assert model_name(configured, {"masses": "divided"}) == "divided-recorded_range"
+
+
+def test_name_of_a_model_says_its_choices_again():
+    configured = {"masses": "published", "fibres": "recorded_range"}
+    chosen = {"masses": "divided", "fibres": "suspended"}
+    assert choices_of(configured, model_name(configured, chosen)) == chosen
+
+
+def test_variant_has_paths_of_its_own_for_another_surface_or_the_published_arm():
+    configured = {"masses": "published", "serratus_path": "flattened"}
+    heavy = Variant("heavy", {"masses": "divided"}, {"arm": "own"})
+    assert geometry_name(configured, heavy) is None
+    assert geometry_name(configured, replace(heavy, problem={"arm": "published"})) == (
+        "published-flattened"
+    )
+    scaled = replace(heavy, model={"serratus_path": "as_scaled", "masses": "divided"})
+    assert geometry_name(configured, scaled) == "published-as_scaled"
+
+
+def test_only_participants_of_the_study_are_predicted():
+    asked = {"predict": {"box": {"par1": ["healthy"], "par2": ["healthy", "cuff"]}}}
+    found = predicted(asked, ["par2", "par3"])
+    assert found == [("box", "par2", "healthy"), ("box", "par2", "cuff")]
 
 
 def test_the_studys_own_choices_change_no_parameter():

@@ -116,7 +116,7 @@ def test_an_entry_that_is_gone_is_refused(tmp_path: Path) -> None:
 
 # Modules of the bank that move into packages, one of them under another name.
 MOVES = {
-    "scapulohumeral.gap.isolation.posterior": "scapulohumeral.gap.isolation.posterior",
+    "scapulohumeral.gap.verdict.posterior": "scapulohumeral.gap.verdict.posterior",
     "scapulohumeral.gap.detection.presence": "scapulohumeral.gap.detection.tests",
     "scapulohumeral.gap.recording.case": "scapulohumeral.gap.recording.case",
 }
@@ -190,7 +190,7 @@ def test_bank_survives_moves_of_its_modules(copied: Path, tmp_path: Path, bank_b
         # `from package import module` first: its name stands alone.
         text = text.replace(
             "from scapulohumeral.gap import decide",
-            "from scapulohumeral.gap.isolation import posterior as decide",
+            "from scapulohumeral.gap.verdict import posterior as decide",
         )
         for old, new in MOVES.items():
             text = re.sub(rf"\b{re.escape(old)}\b", new, text)
@@ -221,8 +221,8 @@ def test_bank_follows_what_thresholds_depend_on(
 
 def test_bank_ignores_what_comes_after_thresholds(edited: Edit, bank_before: str) -> None:
     """Probabilities of causes are tuned without a new bank."""
-    change = "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "
-    assert bank_code(edited("gap.isolation.doubts", *change)) == bank_before
+    change = "UNPROVEN = ", "UNPROVEN = 0.9 * "
+    assert bank_code(edited("gap.verdict.posterior", *change)) == bank_before
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_bank_ignores_what_comes_after_thresholds(edited: Edit, bank_before: str
         ("gap.benchmark.scored_case", "LARGE_MULTIPLE = ", "LARGE_MULTIPLE = 2 * "),
         ("gap.cli", "EXIT_CODES = ", "EXIT_CODES = ''"),
         ("gap.output.figures", "MOST_PANELS = 9", "MOST_PANELS = 8"),
-        ("gap.isolation.doubts", "LARGEST_DOUBT = ", "# Doubt.\nLARGEST_DOUBT = "),
+        ("gap.verdict.posterior", "UNPROVEN = ", "# Doubt.\nUNPROVEN = "),
     ],
 )
 def test_code_that_answered_is_the_same(
@@ -245,7 +245,7 @@ def test_code_that_answered_is_the_same(
 @pytest.mark.parametrize(
     ("module", "old", "new"),
     [
-        ("gap.isolation.doubts", "LARGEST_DOUBT = ", "LARGEST_DOUBT = 0.9 * "),
+        ("gap.verdict.posterior", "UNPROVEN = ", "UNPROVEN = 0.9 * "),
         ("gap.recording.trials", "strict=True", "strict=False"),
         ("ocp.layout", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
         ("model.opensim_model", "strict=True", "strict=False"),

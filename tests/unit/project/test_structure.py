@@ -12,6 +12,7 @@ pytestmark = pytest.mark.unit
 # own, and from its own. Those in one row know nothing of each other.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors",),
+    ("documents", "templates"),
     ("provenance",),
     ("instructions",),
     ("model",),
@@ -24,6 +25,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("study", "player"),
     ("report",),
     ("laboratory",),
+    ("gap.weighing",),
     ("gap.labels", "gap.settings", "gap.parallel"),
     ("gap.effects",),
     ("gap.recording",),
@@ -32,7 +34,9 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("gap.signatures",),
     ("gap.residual",),
     ("gap.detection", "gap.isolation"),
-    ("gap.assembly", "gap.explained", "gap.judgement"),
+    ("gap.verdict",),
+    ("gap.assembly", "gap.explained"),
+    ("gap.judgement",),
     ("gap.output",),
     ("gap.answer",),
     ("gap.pipeline",),

@@ -1,11 +1,15 @@
 """Glenohumeral load, muscle groups and the rows of the tables."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import synthetic_study
 from scipy.spatial.transform import Rotation
+from skeleton import CONSTANTS, skeleton_record
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.ocp.cost_terms import stability_errors
 from scapulohumeral.quantities.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
@@ -23,16 +27,11 @@ GLENOID = (np.deg2rad(6.5), np.deg2rad(13.0))
 # Outward normal, superior and posterior axis: about y by the version, then about the new z.
 AXES = Rotation.from_euler("YZ", [13.0, -6.5], degrees=True).as_matrix()
 MASS_KG = 80.0
-RECORD = {
-    "body_mass_kg": MASS_KG,
-    "constants": {
-        "glenoid": {
-            "inferior_inclination_deg": 6.5,
-            "anterior_version_deg": 13.0,
-            "superior_inferior_factor": 0.4,
-        }
-    },
-}
+RECORD = replace(
+    skeleton_record(),
+    body_mass_kg=MASS_KG,
+    constants=replace(CONSTANTS, glenoid=Glenoid(6.5, 13.0, 0.4)),
+)
 
 
 def reaction(compression: float, superior: float, posterior: float) -> np.ndarray:
@@ -111,11 +110,8 @@ def test_groups_that_do_not_fit_are_refused() -> None:
 
 def test_rows_of_a_stored_solution() -> None:
     solution = synthetic_study.solution("par2", "sagittal", "quaternion")
-    glenoid = dict.fromkeys(("inferior_inclination_deg", "anterior_version_deg"), 0.0)
-    record = {
-        "body_mass_kg": MASS_KG,
-        "constants": {"glenoid": {**glenoid, "superior_inferior_factor": 0.31}},
-    }
+    constants = replace(CONSTANTS, glenoid=Glenoid(0.0, 0.0, 0.31))
+    record = replace(skeleton_record(), body_mass_kg=MASS_KG, constants=constants)
     assert glenoid_angles(record) == (0.0, 0.0)
     case = PredictionCase("par2", "cuff-limited", 10.0, 0.25)
     nodes = {"early": (0, 10), "whole": (0, len(solution.time_s))}

@@ -80,8 +80,8 @@ def test_segments_are_where_plain_vector_mechanics_puts_them() -> None:
     """An independent arm; its elbow turns about the axis that the record names."""
     record = skeleton_record()
     offsets = {"SC": "sc1", "AC": "ac1", "GH": "gh1", "EL": "hu"}
-    values = {f"offset_{k}": record["joints"][j]["location_m"] for k, j in offsets.items()}
-    p = parameters(**values, axis_EL=np.array(record["axes"]["EL_x"]))
+    values = {f"offset_{k}": record.joints[j].location_m for k, j in offsets.items()}
+    p = parameters(**values, axis_EL=np.array(record.axes["EL_x"]))
     angles = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 10))
     origins, rotations = segment_poses(record, trial_to_pose(angles))
     for node, row in enumerate(angles):
@@ -96,7 +96,7 @@ def test_segments_are_where_plain_vector_mechanics_puts_them() -> None:
 def test_straight_lines_are_as_long_as_the_muscle_geometry_says(name: str) -> None:
     """Length from shared rotation features, which the simulation uses, against drawn points."""
     record, poses = skeleton_record(), random_poses(30)
-    [muscle] = [m for m in record["muscles"] if m["name"] == name]
+    [muscle] = [m for m in record.muscles if m.name == name]
     squared, _ = straight_coefficients(record, muscle)
     sc, ac, gh = (quaternion_to_matrix(poses[:, k : k + 4]) for k in (0, 4, 8))
     features = [matrix.reshape(-1, 9) for matrix in (sc, ac, sc @ ac, gh)]
@@ -121,7 +121,7 @@ def test_forearm_bends_forwards() -> None:
 
 def test_force_through_the_rim_has_eccentricity_one() -> None:
     record = skeleton_record()
-    centre = np.array(record["joints"]["gh1"]["location_m"])
+    centre = np.array(record.joints["gh1"].location_m)
     pushes = 500.0 * (centre - scene().rim_m)
     load = glenohumeral_load(pushes, record)
     np.testing.assert_allclose(load.eccentricity, 1.0, rtol=1e-9)
@@ -182,9 +182,9 @@ def test_unknown_muscle_missing_marker_and_bad_numbers_are_refused() -> None:
     )
     with pytest.raises(ModelError, match="heart is not in the model record of par9"):
         build_scene(stranger, record, THORAX, "x")
-    del record["markers"]["TS"]
+    unmarked = {name: marker for name, marker in record.markers.items() if name != "TS"}
     with pytest.raises(ModelError, match="no TS"):
-        build_scene(solution(), record, THORAX, "x")
+        build_scene(solution(), replace(record, markers=unmarked), THORAX, "x")
     with pytest.raises(DataError, match="no scene"):
         player_html([])
     for wrong in (np.nan, 1e5):

@@ -126,7 +126,9 @@ def test_solution_and_summary_must_belong_together(files: ReportFiles) -> None:
 def test_heavy_arm_is_flagged(study: Study) -> None:
     table = masses(study)
     assert table.flagged == {0}
-    assert float(table.rows[0][6]) == pytest.approx(12.0 / (83.0 * 0.0494), abs=0.01)
+    assert float(table.rows[0][6]) == pytest.approx(
+        12.0 / (83.0 * 0.5 * (0.0494 + 0.0449)), abs=0.01
+    )
     assert "implausible" in table.rows[0][-1]
 
 
@@ -255,6 +257,7 @@ def test_diagnosis_becomes_a_chapter_with_its_doubts(files: ReportFiles, tmp_pat
     assert "in sample: 86 %; on a new movement: none to remove" in chapter
     assert doubt in chapter
     assert "No blind cases have been scored" in chapter
+    assert "Cases of known cause were not run" in chapter
 
 
 def test_abstention_names_no_cause() -> None:
@@ -283,7 +286,8 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
 def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
     error = {"relative_error": {"median": 0.3, "n": 2}}
-    scores = {"false_alarms": rate, "detection": rate, "family_top1": rate, "amplitude": error}
+    scores = dict.fromkeys(("false_alarms", "detection", "family_top1", "class_top1"), rate)
+    scores |= {"set90": {"coverage": rate}, "amplitude": error}
     scores["cases"] = {"single": 2}
     cards = [
         {
@@ -297,9 +301,33 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     ]
     table = gap_tables.draw_table(cards)
     assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01", "2026-03-01"]
-    assert table.rows[0][-2:] == ("50 % [10 %, 90 %], 2 cases", "0.3 (2 cases)")
+    row = dict(zip(table.columns, table.rows[0], strict=True))
+    assert row["family right"] == "50 % [10 %, 90 %], 2 cases"
+    assert row["there: class right"] == "not scored then"
+    assert row["amplitude error, median"] == "0.3 (2 cases)"
     # The newest of the largest is shown whole.
-    assert gap_chapter(SimpleNamespace(diagnoses=[], blind_scores=cards))["card"] is cards[1]
+    study = SimpleNamespace(diagnoses=[], blind_scores=cards, real_cases=pd.DataFrame())
+    assert gap_chapter(study)["card"] is cards[1]
+
+
+def test_history_of_draws_is_made_from_the_committed_score_cards() -> None:
+    files = sorted((REPOSITORY / "reports" / "blind_scores").glob("*.json"))
+    cards = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    table = gap_tables.draw_table(cards)
+    assert len(table.rows) == len(files) >= 15
+    for card, cells in zip(cards, table.rows, strict=True):
+        row = dict(zip(table.columns, cells, strict=True))
+        scores = card["plants"]["P1"]["all"]
+        assert row["keys sealed"] == card["sealed"]["date"]
+        for name, rate in (
+            ("false alarms", scores["false_alarms"]),
+            ("class right", scores["class_top1"]),
+            ("90 % set holds the truth", scores["set90"]["coverage"]),
+        ):
+            low, high = (f"{100 * end:.0f} %" for end in rate["wilson95"])
+            share = f"{100 * rate['hits'] / rate['n']:.0f} %"
+            assert row[name] == f"{share} [{low}, {high}], {rate['n']} cases"
+        assert ("large" in scores) == (row["there: class right"] != "not scored then")
 
 
 def test_study_without_diagnosis_says_so(html: str) -> None:

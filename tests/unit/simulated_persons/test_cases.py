@@ -13,7 +13,13 @@ from small_arm import small_motion
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.model.motion import Motion
-from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
+from scapulohumeral.model.rotations import (
+    pose_to_trial,
+    quaternion_multiply,
+    quaternion_to_matrix,
+    relative_angle,
+    trial_to_pose,
+)
 from simulated_persons import generate
 from simulated_persons.arm import Anatomy, Arm
 from simulated_persons.body import no_extra_torques
@@ -25,7 +31,15 @@ from simulated_persons.effects import (
     tilted,
 )
 from simulated_persons.footprint import channel_names, difference, floor, footprints
-from simulated_persons.movement import SETTLE_S, draw_variation, no_variation, wished_poses
+from simulated_persons.movement import (
+    CHANGE_DEG,
+    SETTLE_S,
+    draw_change,
+    draw_variation,
+    habit,
+    no_variation,
+    wished_poses,
+)
 from simulated_persons.muscles import Muscles
 from simulated_persons.observation import (
     Recording,
@@ -35,7 +49,26 @@ from simulated_persons.observation import (
     record,
     turned_frames,
 )
-from simulated_persons.plan import draw_plans, redrawn
+from simulated_persons.plan import (
+    CHANGES,
+    KEEPS,
+    PERSONS,
+    SHARES,
+    TASKS,
+    YIELDS,
+    draw_plans,
+    redrawn,
+)
+from simulated_persons.scatter import (
+    ANGLE_DEG,
+    EL_DEG,
+    LOG_DURATION,
+    LOG_SCALE,
+    PHASE_SHIFT,
+    WAVES,
+    curves,
+    draw_scale,
+)
 from simulated_persons.simulation import TICK_S, Control
 
 pytestmark = pytest.mark.unit
@@ -56,7 +89,7 @@ def anatomy(repository: Path) -> Anatomy:
 def arm(anatomy: Anatomy) -> Arm:
     """A person with equal muscles."""
     ones = np.ones((1, len(anatomy.names)))
-    muscles = Muscles(200 * ones, 0.1 * ones, 0.1 * ones, 0.04 * ones, ones, ones, ones)
+    muscles = Muscles(200 * ones, 0.1 * ones, 0.1 * ones, 0.04 * ones, ones, ones, ones, ones)
     glenoid = np.zeros((1, 2))
     control = Control(ones, 0 * ones, ones, np.ones(1), np.ones(1), glenoid)
     measurement = perfect_measurement(np.ones(8))
@@ -169,10 +202,12 @@ def test_footprint_counts_standard_errors() -> None:
     shifted = Recording(time, bent, np.zeros((50, 8)), force + [0.0, 0.0, 70.0])
     error = floor(reference, 2, emg=False, contact=True, referenced=True)
     size = footprints(difference(shifted, reference, emg=False, contact=True) / error)
-    np.testing.assert_allclose(size, [*[0.0] * 9, 5.2 / 1.3, 0.0, 0.0, 70.0 / 35.0], atol=1e-6)
+    assert size[9] == pytest.approx(5.2 / EL_DEG, abs=1e-6)
+    np.testing.assert_allclose(size, [*[0.0] * 9, size[9], 0.0, 0.0, 70.0 / 35.0], atol=1e-6)
     assert len(channel_names(emg=False, contact=True)) == 13
     alone = floor(reference, 2, emg=True, contact=True, referenced=False)
-    np.testing.assert_allclose(alone[:, :10], np.hypot(1.3 / np.sqrt(2.0), 4.0))
+    expected = np.hypot(ANGLE_DEG / np.sqrt(2.0), 4.0)
+    np.testing.assert_allclose(alone[:, :10], np.tile(expected, (len(alone), 1)))
     np.testing.assert_allclose(alone[:, 10:18], np.hypot(0.015 / np.sqrt(2.0), 0.08))
     np.testing.assert_allclose(alone[:, 18:], np.hypot(35.0 / np.sqrt(2.0), 150.0))
 
@@ -181,10 +216,11 @@ def test_noise_is_smooth_and_differs_between_repeats() -> None:
     rng = np.random.default_rng(1)
     time, force = np.linspace(0, 2, 201), np.full((201, 3), 400.0)
     clean = Recording(time, small_motion(201), np.full((201, 8), 0.2), force)
-    noisy = [add_noise(clean, rng) for _ in range(40)]
-    spread = np.rad2deg(np.std([trial.angles_rad for trial in noisy], axis=0)).mean(axis=0)
-    assert 0.3 < spread[0] < 0.8
-    assert spread[3] > spread[0]
+    noisy = [add_noise(clean, rng, 1.5) for _ in range(200)]
+    spread = np.rad2deg(np.std([trial.angles_rad for trial in noisy], axis=0))
+    size = np.sqrt(np.mean(spread**2, axis=0))
+    np.testing.assert_allclose(size[:6], 1.5 * ANGLE_DEG[:6], rtol=0.15)
+    np.testing.assert_allclose(size[6:], 0.5, rtol=0.2)
     steps = np.abs(np.diff(noisy[0].emg, axis=0)).max()
     assert steps < 0.005
     errors = np.std([trial.force_N for trial in noisy], axis=0).mean(axis=0)
@@ -196,9 +232,100 @@ def test_repeats_start_at_rest_and_vary() -> None:
     still = wished_poses(MOTION, no_variation())
     assert not np.diff(still[: round(SETTLE_S / TICK_S)], axis=0).any()
     np.testing.assert_allclose(still[-1], trial_to_pose(MOTION.angles_rad)[-1], atol=1e-6)
-    varied = wished_poses(MOTION, draw_variation(rng, 0.6, 0.8))
+    varied = wished_poses(MOTION, draw_variation(rng, 1.0))
     apart = np.rad2deg(relative_angle(varied[0, 8:12], still[0, 8:12]))
-    assert 0.0 < apart < 5.0
+    assert 0.0 < apart < 20.0
+    # Without timing, clavicle and scapula are where the arm asks for.
+    path = replace(draw_variation(rng, 1.0), pace=1.0, shift=np.zeros(4))
+    np.testing.assert_allclose(wished_poses(MOTION, path)[:, :8], still[:, :8], atol=1e-12)
+
+
+def test_repeats_scatter_as_recorded_ones_do() -> None:
+    """Their path by the table of recorded repeats, and their timing likewise."""
+    rng = np.random.default_rng(2)
+    drawn = [draw_variation(rng, 1.0) for _ in range(400)]
+    phase = np.linspace(0.0, 1.0, 101)
+    paths = np.rad2deg([curves(phase, one.path_rad) for one in drawn])
+    size = np.sqrt(np.mean(paths**2, axis=(0, 1)))
+    np.testing.assert_allclose(size[6:], ANGLE_DEG[6:], rtol=0.1)
+    shifts = np.std([one.shift for one in drawn], axis=0)
+    np.testing.assert_allclose(shifts, PHASE_SHIFT, rtol=0.15)
+    assert np.std([np.log(one.pace) for one in drawn]) == pytest.approx(LOG_DURATION, rel=0.15)
+
+
+def test_scales_of_tasks_leave_the_table_right_on_the_whole() -> None:
+    rng = np.random.default_rng(5)
+    scales = np.array([draw_scale(rng) for _ in range(4000)])
+    assert np.mean(scales**2) == pytest.approx(1.0, abs=0.1)
+    assert np.std(np.log(scales)) == pytest.approx(LOG_SCALE, rel=0.05)
+
+
+def test_timing_shifts_a_movement_without_a_kink_and_stays_inside_it() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        varied = replace(draw_variation(rng, 1.0), path_rad=np.zeros((10, WAVES)))
+        elbow = wished_poses(MOTION, varied)[:, 12]
+        low, high = np.sort(MOTION.angles_rad[[0, -1], 9])
+        assert np.all((elbow > low - 1e-3) & (elbow < high + 1e-3))
+        assert np.abs(np.diff(elbow, 2)).max() < 1e-3
+
+
+def test_a_task_done_otherwise_is_so_in_all_tasks_partly_alike() -> None:
+    rng = np.random.default_rng(4)
+    changes = [draw_change(rng, ("frontal", "sagittal")) for _ in range(300)]
+    one, other = (np.array([c[task].ravel() for c in changes]) for task in changes[0])
+    moving = one.std(axis=0) > 0
+    correlation = np.mean(one[:, moving] * other[:, moving]) / np.mean(one[:, moving] ** 2)
+    assert correlation == pytest.approx(0.7, abs=0.07)
+    paths = np.rad2deg([curves(np.linspace(0, 1, 101), c["frontal"]) for c in changes])
+    size = np.sqrt(np.mean(paths**2, axis=(0, 1)))
+    np.testing.assert_allclose(size, CHANGE_DEG, rtol=0.15)
+
+
+def test_skin_markers_miss_axial_rotation_alone() -> None:
+    """The clavicle rolls about x and takes the scapula's place with it, in the record only."""
+    pose = trial_to_pose(small_motion(40))
+    axial = np.zeros((2, 3))
+    axial[0, 0], axial[1, 1] = 0.2, 0.1
+    turned = turned_frames(pose, replace(perfect_measurement(np.ones(8)), axial_rad=axial))
+    np.testing.assert_allclose(relative_angle(turned[:, :4], pose[:, :4]), 0.2, atol=1e-9)
+    x_axis = [quaternion_to_matrix(p[:, :4])[:, :, 0] for p in (turned, pose)]
+    np.testing.assert_allclose(*x_axis, atol=1e-9)
+
+    def scapula(p):
+        return quaternion_multiply(p[:, :4], p[:, 4:8])
+
+    np.testing.assert_allclose(relative_angle(scapula(turned), scapula(pose)), 0.0, atol=1e-7)
+    twist = relative_angle(turned[:, 8:12], pose[:, 8:12])
+    expected = 0.1 * np.sqrt(2.0) * np.abs(np.cos(np.pi * np.linspace(0.0, 1.0, 40)))
+    np.testing.assert_allclose(twist, expected, atol=1e-7)
+
+
+def test_electrodes_slide_with_the_arm_and_hearts_beat(anatomy: Anatomy) -> None:
+    *motion, matrix = *trace(anatomy), electrode_matrix(anatomy.names, anatomy.groups)
+    perfect = perfect_measurement(np.ones(8))
+    plain = record(*motion, perfect, matrix)
+    slid = record(*motion, replace(perfect, slope=2.0 * np.ones(8)), matrix).emg / plain.emg
+    assert np.all(np.diff(slid[:, 0]) * np.diff(slid[:, 0])[len(slid) // 2] >= -1e-9)
+    assert 1.0 < slid.min() < slid.max() < 2.0
+    beating = record(*motion, replace(perfect, heart=0.2 * (np.arange(8) == 7)), matrix)
+    added = beating.emg - plain.emg
+    assert not added[:, :7].any()
+    assert added[:, 7].max() == pytest.approx(0.2)
+    assert added[:, 7].min() == pytest.approx(0.0, abs=1e-3)
+
+
+def test_habits_are_what_the_arm_did_without_rest() -> None:
+    pose = wished_poses(MOTION, no_variation())
+    found = habit(pose)
+    assert found.time_s[-1] == pytest.approx(MOTION.time_s[-1] + 0.15, abs=0.03)
+    np.testing.assert_allclose(found.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)
+
+
+def test_torques_that_lack_are_counted_as_rotations_of_a_shoulder() -> None:
+    missing = np.zeros((200, 10))
+    missing[:, 4] = 0.6
+    assert generate.deflection(missing) == pytest.approx(0.01)
 
 
 def test_plans_follow_their_seed_and_hold_every_family() -> None:
@@ -208,16 +335,23 @@ def test_plans_follow_their_seed_and_hold_every_family() -> None:
     assert [plan.id for plan in plans] != [plan.id for plan in draw_plans(5, 80, ("par1", "par2"))]
     kinds = Counter(plan.kind for plan in plans)
     assert sum(kinds.values()) == 80
-    assert set(kinds) == {"null", "single", "pair", "unknown", "salted"}
+    assert set(kinds) == set(SHARES)
     families = {p.injections[0].family for p in plans if p.kind == "single"}
     assert families == {draw.__name__ for draw in LIBRARY_LIKE}
     assert {(plan.emg, plan.reference) for plan in plans} == {
         (emg, reference) for emg in (True, False) for reference in (True, False)
     }
+    assert {plan.person for plan in plans} == set(PERSONS)
+    for plan in plans:
+        # What a null or a changed strategy differs by is nothing else.
+        assert plan.person != CHANGES or plan.kind not in ("null", "strategy", "salted")
+        assert plan.otherwise == (plan.person == CHANGES or plan.kind == "strategy")
     # Recorded motions have no simulated joint force.
     assert {plan.plant for plan in plans if plan.contact} == {"P1"}
     for plan in plans:
         assert plan.hidden not in plan.tasks
+        on_emg = [i for i in plan.injections if i.label.startswith("measurement/e")]
+        assert plan.emg or not on_emg
 
 
 def test_a_case_drawn_again_keeps_its_families() -> None:
@@ -232,7 +366,7 @@ def test_a_case_drawn_again_keeps_its_families() -> None:
 def test_few_cases_can_be_drawn(count: int) -> None:
     kinds = [plan.kind for plan in draw_plans(3, count, ("par1", "par2"))]
     assert len(kinds) == count
-    assert len(set(kinds)) == min(count, 5)
+    assert len(set(kinds)) == min(count, len(SHARES))
 
 
 def test_open_cases_of_one_kind() -> None:
@@ -267,7 +401,8 @@ def test_a_person_with_two_ways_to_do_a_task_is_drawn_again(
 def test_an_effect_that_hardly_shows_is_drawn_again(
     monkeypatch: pytest.MonkeyPatch, angle_deg: float, draws: int
 ) -> None:
-    plan = replace(next(iter(draw_plans(2, 1, ("par1",), "single"))), faint=False)
+    [plan] = draw_plans(2, 1, ("par1",), "single")
+    plan = replace(plan, faint=False, person=YIELDS)
     calls = []
     angles = small_motion(50)
     trials = {"reference": angles, "test": angles + np.deg2rad(angle_deg) * (np.arange(10) == 9)}
@@ -288,3 +423,85 @@ def test_an_effect_that_hardly_shows_is_drawn_again(
     assert calls == [1] * draws
     assert found.id == plan.id
     assert generate.case_key(found, recordings)["shown"] is (angle_deg > 0)
+
+
+def test_a_change_that_comes_with_an_effect_is_not_counted_as_its_footprint() -> None:
+    """The test moves otherwise; the effect itself changes the channel of serratus alone."""
+    plans = draw_plans(5, 60, ("par1",), "single")
+    plan = next(p for p in plans if p.person == CHANGES and p.emg and not p.contact)
+    time, angles = np.linspace(0, 1, 50), small_motion(50)
+    moved = angles + np.deg2rad(20.0) * (np.arange(10) == 9)
+    quiet = np.full((50, 8), 0.1)
+    sides = {
+        "reference": (angles, quiet),
+        generate.OTHERWISE: (moved, quiet),
+        "test": (moved, quiet + 0.5 * (np.arange(8) == 7)),
+    }
+    recordings = {
+        (side, task, 0): Recording(time, *values, np.zeros((50, 3)))
+        for side, values in sides.items()
+        for task in (*plan.tasks, plan.hidden)
+    }
+    key = generate.case_key(plan, recordings)
+    assert key["person"] == CHANGES
+    assert [name for name, size in key["footprint"].items() if size > 0] == ["EMG_serr"]
+    assert key["otherwise"]["deg"]["EL_rx"] == pytest.approx(20.0)
+    assert key["otherwise"]["shown"] is True
+
+
+def test_motion_of_a_person_who_keeps_it_shows_no_effect_on_the_body() -> None:
+    plans = draw_plans(6, 120, ("par1",), "single")
+    for plan in plans:
+        blind = replace(plan, person=KEEPS, emg=False, contact=False)
+        record_only = plan.injections[0].label.startswith(("input/frame", "measurement"))
+        assert blind.may_show == record_only
+        assert replace(blind, emg=True).may_show
+        assert replace(blind, person=YIELDS).may_show
+
+
+def test_who_never_manages_to_keep_a_movement_gives_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "null")
+    plan = replace(plan, person=KEEPS)
+    seen = []
+
+    def simulated(_, plans):
+        seen.append(plans[0].person)
+        if plans[0].person == KEEPS:
+            return {plan.id: None}
+        quiet = np.linspace(0, 1, 50), small_motion(50), np.zeros((50, 8)), np.zeros((50, 3))
+        return {
+            plan.id: {
+                (side, task, 0): Recording(*quiet)
+                for side in ("reference", "test")
+                for task in (*plan.tasks, plan.hidden)
+            }
+        }
+
+    monkeypatch.setattr(generate, "_simulated", simulated)
+    [(found, _)] = generate.recorded_cases(SimpleNamespace(), [plan])
+    assert seen == [KEEPS] * generate.KEEPING_ATTEMPTS + [YIELDS]
+    assert found.person == YIELDS
+
+
+def test_who_cannot_do_a_task_at_all_has_no_movement_to_keep(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plans = [replace(p, person=KEEPS) for p in draw_plans(2, 2, ("par1",), "null")]
+    persons = {
+        plan.id: SimpleNamespace(usual=None, change={t: np.zeros((10, WAVES)) for t in TASKS})
+        for plan in plans
+    }
+    study = SimpleNamespace(motions={("par1", task): MOTION for task in TASKS})
+
+    def followed(_, __, runs):
+        for case, own in runs.items():
+            for run in own:
+                yield run, run.pose, None, case == plans[0].id and run.name[1] == plans[0].hidden
+
+    monkeypatch.setattr(generate, "_followed", followed)
+    ways = generate._ways(study, plans, persons)
+    assert list(ways) == [plans[1].id]
+    kept = ways[plans[1].id][False, plans[1].hidden].motion
+    np.testing.assert_allclose(kept.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)

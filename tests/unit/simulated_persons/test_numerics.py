@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arm import parameters
+from arm import arm_from_angles, parameters
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 from small_arm import small_geometry, small_motion, small_muscles
@@ -16,6 +16,7 @@ from simulated_persons.allocation import QUADRATIC_SHARE, Allocation, allocate
 from simulated_persons.body import (
     Body,
     ExtraTorques,
+    arm_force,
     extra_torques,
     linearise,
     no_extra_torques,
@@ -28,7 +29,15 @@ from simulated_persons.muscles import (
     passive_force,
     resting_fibres,
 )
-from simulated_persons.simulation import CONTROL_STEPS, STEP_S, Control, glenoid_axes, simulate
+from simulated_persons.simulation import (
+    CONTROL_STEPS,
+    STEP_S,
+    TICK_S,
+    Control,
+    glenoid_axes,
+    keep,
+    simulate,
+)
 from simulated_persons.wish import make_wish
 
 pytestmark = pytest.mark.unit
@@ -49,6 +58,7 @@ def muscles(count: int, strain: float = 0.05) -> Muscles:
         rise_s=rows(own.activation_time),
         fall_s=rows(own.deactivation_time),
         arm_scale=np.ones((count, 3)),
+        end_force=np.ones((count, 3)),
     )
 
 
@@ -187,7 +197,8 @@ def test_falling_arm_agrees_with_a_general_integrator(quaternion_equations) -> N
     control = Control(ones, 0 * ones, ones, np.full(1, 0.01), np.full(1, 1e-9), np.zeros((1, 2)))
     start = trial_to_pose(small_motion(12))[6]
     tick = STEP_S * CONTROL_STEPS
-    wish = make_wish(np.tile(start, (ticks + 1, 1, 1)), tick)
+    still = np.tile(start, (ticks + 1, 1, 1))
+    wish = make_wish(still, tick, np.zeros((ticks + 1, 1)), ones)
     trace = simulate(body, control, wish)
 
     def rate(_: float, state: np.ndarray) -> np.ndarray:
@@ -204,3 +215,54 @@ def test_falling_arm_agrees_with_a_general_integrator(quaternion_equations) -> N
     norms = np.linalg.norm(trace.q[:, 0, :12].reshape(-1, 3, 4), axis=2)
     np.testing.assert_allclose(norms, 1.0, atol=1e-12)
     assert np.all((trace.excitation >= 0) & (trace.excitation <= 1))
+
+
+def test_a_force_on_the_forearm_works_as_it_moves(quaternion_equations) -> None:
+    """Its generalised forces are its power per unit speed, by mechanics of their own."""
+    force, share = np.array([3.0, 20.0, -2.0]), 0.55
+    extra = replace(
+        no_extra_torques(2),
+        arm_force_N=np.tile(force, (2, 1)),
+        arm_force_share=np.array([share, 1.0]),
+    )
+    angles = small_motion(12)[[2, 9]]
+    found = arm_force(arm_body(quaternion_equations, 2, extra), trial_to_pose(angles))
+    for row, part in enumerate((share, 1.0)):
+        own = parameters(mass_load=0.0)
+        own["place"] = part * np.asarray(own["com_load"])
+        for dof, speed in enumerate(np.eye(10)):
+            _, velocity = arm_from_angles(own, angles[row], speed).at("forearm", "place")
+            assert found[row, dof] == pytest.approx(velocity @ force, abs=1e-9)
+        scapula = arm_from_angles(own, angles[row], np.zeros(10)).rotations[1]
+        np.testing.assert_allclose(found[row, 10:], scapula.T @ force, atol=1e-9)
+
+
+def kept_lift(equations, **changes):
+    """A bent elbow that the small arm bends slowly on, against its springs, and the trace."""
+    body = arm_body(equations, 1)
+    body = replace(body, muscles=replace(body.muscles, **changes))
+    ones, ticks = np.ones((1, 3)), 60
+    control = Control(ones, 0 * ones, ones, np.full(1, 0.01), np.full(1, 1e-9), np.zeros((1, 2)))
+    pose = np.tile(trial_to_pose(small_motion(12))[6], (ticks, 1))
+    pose[:, 12] = 1.2 + np.linspace(0.0, 0.1, ticks)
+    tired = np.linspace(0.0, 1.0, ticks)[:, None]
+    wish = make_wish(pose[:, None], TICK_S, tired, body.muscles.end_force)
+    return pose, keep(body, control, wish)
+
+
+def test_a_movement_that_is_kept_is_done_exactly(quaternion_equations) -> None:
+    pose, trace = kept_lift(quaternion_equations)
+    np.testing.assert_array_equal(trace.q[:, 0], pose)
+    # The elbow, which its muscles can move, gets what it needs; the girdle has no muscle here.
+    assert np.abs(trace.missing_Nm[:, 0, 9]).max() < 0.02
+    assert np.abs(trace.missing_Nm[:, 0, :6]).max() > 0.1
+
+
+def test_tired_muscles_are_driven_harder_for_the_same_movement(quaternion_equations) -> None:
+    _, fresh = kept_lift(quaternion_equations)
+    _, tired = kept_lift(quaternion_equations, end_force=np.full((1, 3), 0.5))
+    flexor = int(np.argmax(fresh.excitation[30:, 0].mean(axis=0)))
+    ratio = tired.excitation[:, 0, flexor] / fresh.excitation[:, 0, flexor]
+    assert ratio[3] == pytest.approx(1.0, abs=0.05)
+    assert ratio[-3] > 1.6
+    assert np.abs(tired.missing_Nm[:, 0, 9]).max() < 0.02

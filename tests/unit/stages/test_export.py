@@ -33,9 +33,7 @@ def read_storage(path: Path) -> Storage:
 def export(solved: Solution, folder: Path) -> tuple[Storage, Storage]:
     """Export a solution and read both files."""
     write_solution(solved, folder / "solution.npz")
-    model = synthetic_study.write_json(
-        folder / "model.json", synthetic_study.model_record(solved.header["participant"])
-    )
+    model = synthetic_study.write_model(folder / "model.json", solved.header["participant"])
     files = {"motion": folder / "a.mot", "states": folder / "a.sto"}
     export_opensim(folder / "solution.npz", model, **files)
     return read_storage(files["motion"]), read_storage(files["states"])

@@ -21,7 +21,7 @@ from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.stages.export import export_opensim
 folder = Path(sys.argv[1])
 write_solution(synthetic_study.solution("par2", "sagittal", "quaternion"), folder / "a.npz")
-model = synthetic_study.write_json(folder / "m.json", synthetic_study.model_record("par2"))
+model = synthetic_study.write_model(folder / "m.json", "par2")
 export_opensim(folder / "a.npz", model, folder / "a.mot", folder / "a.sto")
 """
 

@@ -1,14 +1,15 @@
 """Samples of OpenSim become lengths and gradients in the coordinates of each formulation."""
 
-import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from arm import HILL_RECORD
+from skeleton import joint, muscle, skeleton_record
 
 from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.record import write_record
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
     quaternion_to_matrix,
@@ -19,13 +20,14 @@ from scapulohumeral.stages import geometry
 
 pytestmark = pytest.mark.unit
 
-RECORD = {
-    "joints": {
-        "sc1": {"location_m": [0.02, 0.01, 0.03]},
-        "ac1": {"location_m": [0.16, -0.02, 0.01]},
-        "gh1": {"location_m": [-0.01, -0.05, 0.02]},
-    }
-}
+RECORD = replace(
+    skeleton_record(),
+    joints={
+        "sc1": joint([0.02, 0.01, 0.03]),
+        "ac1": joint([0.16, -0.02, 0.01]),
+        "gh1": joint([-0.01, -0.05, 0.02]),
+    },
+)
 ANGLES = np.random.default_rng(1).uniform(-0.9, 0.9, (12, 10))
 STEP = 1e-6
 
@@ -113,28 +115,19 @@ def test_samples_are_split_and_expressed_in_the_coordinates(
         np.testing.assert_allclose(moved, rate[:, [1, 2, 3, 5, 6, 7, 9, 10, 11, 12]], atol=1e-7)
 
 
-STRAIGHT_MUSCLE = {
-    "name": "example",
-    "points": [
-        {"body": "scapula_r", "location_m": [-0.05, -0.1, 0.02]},
-        {"body": "humerus_r", "location_m": [0.02, -0.1, 0.03]},
-    ],
-    "wraps": [],
-    "max_isometric_force_N": 300.0,
-    "optimal_fibre_length_m": 0.04,
-    "tendon_slack_length_m": 0.02,
-    "activation_time_s": 0.01,
-    "deactivation_time_s": 0.04,
-}
+STRAIGHT_MUSCLE = replace(
+    muscle("example", ("scapula_r", [-0.05, -0.1, 0.02]), ("humerus_r", [0.02, -0.1, 0.03])),
+    optimal_fibre_length_m=0.04,
+    tendon_slack_length_m=0.02,
+)
 
 
 def test_assessment_of_an_exact_path(equations, tmp_path):
     """Samples of a straight path from plain geometry; one held-out length is 1 mm off."""
-    record = {**RECORD, "muscles": [STRAIGHT_MUSCLE], "constants": {"hill": HILL_RECORD}}
-    origin = np.array(STRAIGHT_MUSCLE["points"][0]["location_m"])
-    tip = np.array(STRAIGHT_MUSCLE["points"][1]["location_m"])
+    record = replace(RECORD, muscles=(STRAIGHT_MUSCLE,))
+    origin, tip = (np.array(point.location_m) for point in STRAIGHT_MUSCLE.points)
     gh = quaternion_to_matrix(trial_to_pose(ANGLES)[:, 8:12])
-    line = np.array(RECORD["joints"]["gh1"]["location_m"]) + gh @ tip - origin
+    line = np.array(RECORD.joints["gh1"].location_m) + gh @ tip - origin
     distance = np.linalg.norm(line, axis=1)
     gradient = np.zeros((12, 1, 10))
     pull = np.einsum("pij,pi->pj", gh, line / distance[:, None])
@@ -150,7 +143,7 @@ def test_assessment_of_an_exact_path(equations, tmp_path):
         gh_translation=(line / distance[:, None])[:, None],
         smooth=np.ones((12, 1), bool),
     )
-    (tmp_path / "model.json").write_text(json.dumps(record))
+    write_record(record, tmp_path / "model.json")
     table = np.column_stack([np.arange(12), np.rad2deg(ANGLES)])
     np.savetxt(
         tmp_path / "recording.csv",

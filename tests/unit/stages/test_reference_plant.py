@@ -70,7 +70,7 @@ def test_muscles_of_the_plant_are_those_of_the_participant_times_its_factors():
     plant, record = read_plant(PLANTS[1], CHANNELS.groups), muscle_record()
     own, participant = plant_muscles(record, CHANNELS, plant), muscle_parameters(record)
     group_of = dict(zip(CHANNELS.scaled_muscles, CHANNELS.groups, strict=True))
-    groups = [group_of.get(muscle["group"]) for muscle in record["muscles"]]
+    groups = [group_of.get(group) for group in record.muscle_groups]
     assert None in groups
     for name, kind in (("max_isometric_force", "force"), ("optimal_fibre_length", "fibre")):
         factors = [getattr(plant, kind).get(group, 1.0) for group in groups]

@@ -1,12 +1,15 @@
 """Static postures along a recording: which poses are taken, what is said of them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from skeleton import CONSTANTS, muscle, skeleton_record
 from synthetic_study import solution
 
 from scapulohumeral.errors import SolveError
+from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.model.rotations import quaternion_to_matrix
 from scapulohumeral.problems.static_posture import StaticSolution
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
@@ -14,17 +17,15 @@ from scapulohumeral.stages.checks import static_postures as stage
 
 pytestmark = pytest.mark.unit
 
-RECORD = {
-    "muscles": [{"group": "serr_ant"}, {"group": "supra"}, {"group": "supra"}],
-    "body_mass_kg": 50.0,
-    "constants": {
-        "glenoid": {
-            "inferior_inclination_deg": 0.0,
-            "anterior_version_deg": 0.0,
-            "superior_inferior_factor": 0.31,
-        }
-    },
-}
+RECORD = replace(
+    skeleton_record(),
+    muscles=(
+        muscle("serr_1", group="serr_ant"),
+        *(muscle(f"supra_{k}", group="supra") for k in (1, 2)),
+    ),
+    body_mass_kg=50.0,
+    constants=replace(CONSTANTS, glenoid=Glenoid(0.0, 0.0, 0.31)),
+)
 POSTURE = SimpleNamespace(effort=np.array([2.0, 1.0, 1.0]), stability=(0.5, 2.0))
 
 

@@ -1,12 +1,15 @@
 """The thorax ellipsoid passes through the recorded contact points and stays near the model's."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from skeleton import CONSTANTS, joint, skeleton_record, surface
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.motion import ANGLE_COLUMNS
+from scapulohumeral.model.record import PointRecord, write_record
 from scapulohumeral.stages import thorax
 
 pytestmark = pytest.mark.unit
@@ -69,34 +72,27 @@ def test_radii_stay_plausible():
 
 
 def make_record():
-    return {
-        "participant": "par9",
-        "joints": {
-            "sc1": {"location_m": [0.02, 0.0, -0.02]},
-            "ac1": {"location_m": [0.16, 0.0, 0.0]},
+    bones = skeleton_record()
+    contact = replace(CONSTANTS.scapulothoracic_contact, points=("upper", "lower"))
+    return replace(
+        bones,
+        joints={
+            "sc1": joint([0.02, 0.0, -0.02]),
+            "ac1": joint([0.16, 0.0, 0.0]),
+            "gh1": joint([0.0, 0.0, 0.0]),
         },
-        "markers": {
-            "upper": {"body": "scapula_r", "location_m": [-0.12, -0.04, 0.0]},
-            "lower": {"body": "scapula_r", "location_m": [-0.11, -0.13, 0.01]},
+        markers={
+            "upper": PointRecord("scapula_r", (-0.12, -0.04, 0.0)),
+            "lower": PointRecord("scapula_r", (-0.11, -0.13, 0.01)),
         },
-        "constants": {
-            "scapulothoracic_contact": {"points": ["upper", "lower"], "inside_factor": 1.0}
-        },
-        "wrap_objects": [
-            {
-                "name": "serr_ant",
-                "translation_m": CENTRE.tolist(),
-                "scaled_dimensions_m": RADII.tolist(),
-            }
-        ],
-    }
+        constants=replace(CONSTANTS, scapulothoracic_contact=contact),
+        wrap_objects=(surface("serr_ant", "ellipsoid", "thorax", CENTRE, *RADII.tolist()),),
+    )
 
 
 def test_stage_writes_ellipsoid_misfit_and_prior(tmp_path):
-    record = make_record()
-    record["joints"]["gh1"] = {"location_m": [0.0, 0.0, 0.0]}
     model, recording, output = (tmp_path / name for name in ("m.json", "r.csv", "t.json"))
-    model.write_text(json.dumps(record))
+    write_record(make_record(), model)
     angles = np.linspace(
         [-40, 5, 0, 45, 5, 0, 20, 10, 0, 20], [-20, 15, 20, 55, 10, 5] + [50] * 4, 9
     )
@@ -114,4 +110,4 @@ def test_stage_writes_ellipsoid_misfit_and_prior(tmp_path):
 
 def test_missing_surface_is_named():
     with pytest.raises(ModelError, match="par9.*serr_ant"):
-        thorax.prior_ellipsoid({**make_record(), "wrap_objects": []})
+        thorax.prior_ellipsoid(replace(make_record(), wrap_objects=()))

@@ -23,7 +23,7 @@ from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.curve_files import read_table
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.explained import remaining
-from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.labels import JOIN, MOVED
 from scapulohumeral.gap.nominal.participant_model import (
     ModelSettings,
     ParticipantModel,
@@ -58,12 +58,16 @@ def hidden_shrinkage(
 
     Returns
     -------
-    HiddenGap | None                 None if the hidden movement cannot be solved
+    HiddenGap | None                 None if the hidden movement cannot be solved, or the candidate
+                                     predicts nothing of it
 
     Raises
     ------
     DataError                        the answer lacks its table of errors or of factors
     """
+    if candidate["label"] == MOVED:
+        # Another movement has no shape of its own that could be carried to an unseen task.
+        return None
     config = read_diagnosis_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config)
     case = read_case(folder_request(scored.folder, config_file, cache), config)
@@ -138,7 +142,8 @@ def _compared(
     noise = repeat_noise(records, functions, settings)
     # As exact as the difference between means of the visible trials of one task.
     sides = [trials for trials in (case.test, case.reference) if trials]
-    repeats = noise.covariance * sum(len(records.test) / len(trials) for trials in sides)
+    one = np.mean(list(noise.covariances.values()), axis=0)
+    repeats = one * sum(len(records.test) / len(trials) for trials in sides)
     residual = Residual(
         delta=compress([difference(test, base)], functions),
         covariance=total_covariance(repeats, [of_task], functions, spread, share),
@@ -146,7 +151,7 @@ def _compared(
         functions=functions,
         tasks=("hidden",),
         channels=records.channels,
-        degrees=noise.worth,
+        degrees=(min(noise.worth.values()),),
     )
     values = iter([parameter["value"] for parameter in candidate["parameters"]])
     change = np.zeros_like(residual.delta)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from scapulohumeral.gap.labels import NO_GAP, NONE, family
-
-Z95 = 1.959964
+from scapulohumeral.quantities.proportion import wilson95
 
 
 def rate(hits: Sequence[bool]) -> dict[str, Any]:
@@ -18,9 +16,7 @@ def rate(hits: Sequence[bool]) -> dict[str, Any]:
     n, k = len(hits), sum(bool(hit) for hit in hits)
     if n == 0:
         return {"value": None, "hits": 0, "n": 0, "wilson95": None}
-    centre = (k + Z95**2 / 2) / (n + Z95**2)
-    half = Z95 * math.sqrt(k * (n - k) / n + Z95**2 / 4) / (n + Z95**2)
-    low, high = max(centre - half, 0.0), min(centre + half, 1.0)
+    low, high = wilson95(k, n)
     return {"value": k / n, "hits": k, "n": n, "wilson95": [round(low, 4), round(high, 4)]}
 
 

@@ -124,7 +124,7 @@ def _row(
     evidence: Evidence, emg: bool, contact: bool, case: Case, settings: GapSettings
 ) -> NullCase:
     """Both test values over their thresholds, with or without EMG and joint force."""
-    whole = evidence.residual
+    whole = evidence.cautious
     channels = channel_names(case.channels if emg else (), contact)
     rows, part = whole.channel_rows(channels), whole.only(channels)
     slopes = [f.hypothesis.slope[rows] for f in evidence.screened]

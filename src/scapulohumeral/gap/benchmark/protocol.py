@@ -141,16 +141,9 @@ def score(
     ------
     DataError                        a key, answer or case does not fit its hash, or is missing
     """
+    cases = opened_cases(files, keys)
     sealed = _read(files.published, SEAL_SCHEMA)
     record = _read(files.answers / ANSWERS, ANSWER_SCHEMA)
-    salts = json.loads((keys / SALTS).read_text(encoding="utf-8"))
-    cases = []
-    for name, hashes in sorted(sealed["cases"].items()):
-        if _key_hash(keys, name, salts.get(name, "")) != hashes["key"]:
-            raise DataError(f"{keys / name}.json: not the key that was sealed; restore it.")
-        if folder_hash(files.cases / name) != hashes["inputs"]:
-            raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
-        cases.append(_scored_case(files, keys, name, record))
     if shrinks is not None:
         cases = side_by_side(partial(_with_hidden, shrinks=shrinks), [(c,) for c in cases], jobs)
     before = _looks(keys)
@@ -167,6 +160,26 @@ def score(
     look = {"answered": card["answered"], "scored": card["scored"]}
     (keys / LOOKS).write_text(json.dumps([*before, look], indent=1) + "\n", encoding="utf-8")
     return card
+
+
+def opened_cases(files: BlindFiles, keys: Path) -> list[ScoredCase]:
+    """All cases with their answers and keys, once every hash agrees.
+
+    Raises
+    ------
+    DataError                        a key, answer or case does not fit its hash, or is missing
+    """
+    sealed = _read(files.published, SEAL_SCHEMA)["cases"]
+    record = _read(files.answers / ANSWERS, ANSWER_SCHEMA)
+    salts = json.loads((keys / SALTS).read_text(encoding="utf-8"))
+    cases = []
+    for name, hashes in sorted(sealed.items()):
+        if _key_hash(keys, name, salts.get(name, "")) != hashes["key"]:
+            raise DataError(f"{keys / name}.json: not the key that was sealed; restore it.")
+        if folder_hash(files.cases / name) != hashes["inputs"]:
+            raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
+        cases.append(_scored_case(files, keys, name, record))
+    return cases
 
 
 def folder_hash(folder: Path) -> str:

@@ -94,6 +94,12 @@ class ScoredCase:
         return self.answer if answered else None
 
     @property
+    def verdict_or_abstained(self) -> Mapping[str, Any] | None:
+        """The answer, unless a solve failed: one that abstains has probabilities as well."""
+        answered = self.answer is not None and self.answer["status"] != "failed"
+        return self.answer if answered else None
+
+    @property
     def right_single(self) -> bool:
         """Whether one effect was injected and its family is the most probable."""
         return self.status == "single" and _rank(self) == 1

@@ -77,12 +77,14 @@ class Setup:
     channels : recorded EMG channels
     neighbours : pairs of channels between which cross-talk is considered
     contact : whether the joint force is recorded
+    referenced : whether a person is compared with the same person, not with the model
     """
 
     groups: tuple[str, ...]
     channels: tuple[str, ...]
     neighbours: tuple[tuple[str, str], ...]
     contact: bool
+    referenced: bool = False
 
     @property
     def observables(self) -> frozenset[str]:

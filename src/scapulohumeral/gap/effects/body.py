@@ -6,7 +6,7 @@ Letters: I mesh intervals, M muscle elements.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,8 @@ class Body:
 
     Attributes
     ----------
-    muscles : muscle parameters; tendon slack lengths may be (I, M), one row per mesh interval
+    muscles : muscle parameters; tendon slack lengths and capacities may be (I, M), one row per mesh
+        interval
     parameters : blocks of the dynamics parameters by name
     glenoid_rad : (2,) inferior inclination and anterior version
     effort : (M,) cost of each muscle's squared excitation over that of its squared activation
@@ -35,7 +36,12 @@ class Body:
     tendon_load : (I, M) nominal tension over maximal isometric force, at mesh midpoints
     gh_elevation_rad : (I,) nominal elevation of the humerus from the scapula's own axis
     gh_lift : (I, 3) axis about which it grows, in axes of the humerus
+    levers : (I, 13, 3) by point: nominal generalised forces on the speeds [N m], and on the humeral
+        head along scapula axes [N], of a force of 1 N along each thorax axis
+    pull : (I, 13, M) the same of each element's nominal tension
     external_Nm : (I, 10) generalised forces on the speeds, beside those of the model
+    external_N : (I, 3) forces on the humeral head along scapula axes, beside those of the model
+    stability, rates : weights of joint stability and of rates in the cost, over the nominal ones
     """
 
     muscles: MuscleParameters
@@ -50,8 +56,22 @@ class Body:
     tendon_load: Array
     gh_elevation_rad: Array
     gh_lift: Array
+    levers: Mapping[str, Array]
+    pull: Array
     external_Nm: Array
+    external_N: Array
+    stability: float
+    rates: float
 
     def chosen(self, member: str | None) -> np.ndarray:
         """Elements of a muscle group, of all for ``"all"``: (M,) bool."""
         return np.full(len(self.groups), True) if member == ALL else self.groups == member
+
+    def loaded(self, generalised: Array) -> Body:
+        """The body with generalised forces (I, 13), rows as in `levers`, beside those it has."""
+        speeds = self.external_Nm.shape[1]
+        return replace(
+            self,
+            external_Nm=self.external_Nm + generalised[:, :speeds],
+            external_N=self.external_N + generalised[:, speeds:],
+        )

@@ -43,7 +43,8 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     """Every channel, and all together."""
     return tuple(
         EmgGain(
-            "measurement", "emg_gain", name, PARAMS, EMG, ("strength_loss", "co_contraction"),
+            "measurement", "emg_gain", name, PARAMS, EMG,
+            ("strength_loss", "co_contraction", "electrode_shift"),
             "maximal contractions again, with the same electrodes",
         )
         for name in (*setup.channels, ALL)

@@ -53,7 +53,8 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     """The one member of the family."""
     return (
         HandLoad(
-            "body", "hand_load", None, PARAMS, KINEMATICS, ("segment_mass", "strength_loss"),
+            "body", "hand_load", None, PARAMS, KINEMATICS,
+            ("segment_mass", "external_force", "strength_loss"),
             "static holds with the elbow at 0 and 90 deg; a fast trial",
         ),
     )  # fmt: skip

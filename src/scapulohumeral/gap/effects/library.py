@@ -6,9 +6,12 @@ from collections.abc import Iterable
 
 from scapulohumeral.gap.effects import (
     co_contraction,
+    electrode_shift,
     emd,
     emg_crosstalk,
     emg_gain,
+    external_force,
+    fatigue,
     fibre_length,
     frame_misalignment,
     glenoid_orientation,
@@ -16,11 +19,16 @@ from scapulohumeral.gap.effects import (
     joint_damping,
     pain_inhibition,
     passive_gh,
+    passive_girdle,
+    rate_weight,
     scapula_sta,
     segment_mass,
+    serratus_path,
     st_contact,
+    stability_weight,
     strength_loss,
     tendon_compliance,
+    thorax_surface,
     thorax_tilt,
 )
 from scapulohumeral.gap.effects.base import Effect, Setup
@@ -29,28 +37,49 @@ FAMILIES = (
     hand_load,
     segment_mass,
     strength_loss,
+    fatigue,
     fibre_length,
     tendon_compliance,
+    serratus_path,
     passive_gh,
+    passive_girdle,
     joint_damping,
+    thorax_surface,
     st_contact,
     glenoid_orientation,
     co_contraction,
     pain_inhibition,
+    stability_weight,
+    rate_weight,
     thorax_tilt,
+    external_force,
     frame_misalignment,
     scapula_sta,
     emg_gain,
+    electrode_shift,
     emg_crosstalk,
     emd,
 )
 # Labels of families whose members exist only with the channels that a case lacks.
-EMG_FAMILIES = ("measurement/emd", "measurement/emg_crosstalk", "measurement/emg_gain")
+EMG_FAMILIES = (
+    "measurement/electrode_shift",
+    "measurement/emd",
+    "measurement/emg_crosstalk",
+    "measurement/emg_gain",
+)
+
+
+# Families of the model, which is one and the same for a person's test and reference trials.
+OF_THE_MODEL = (passive_girdle, rate_weight, serratus_path, stability_weight, thorax_surface)
 
 
 def library(setup: Setup) -> tuple[Effect, ...]:
-    """All effects that the recorded observables can show, in a fixed order."""
-    every = (effect for family in FAMILIES for effect in family.members(setup))
+    """All effects that the recorded observables can show, in a fixed order.
+
+    What the model itself may have wrong is the same on both sides of a comparison of one person.
+    """
+    families = [f for f in FAMILIES if not (setup.referenced and f in OF_THE_MODEL)]
+    every = (effect for family in families for effect in family.members(setup))
     return tuple(effect for effect in every if effect.needs <= setup.observables)
 
 

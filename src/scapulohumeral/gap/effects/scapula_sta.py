@@ -55,7 +55,7 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     return (
         ScapulaSta(
             "measurement", "scapula_sta", None, PARAMS, KINEMATICS,
-            ("st_contact", "strength_loss", "frame_misalignment"),
+            ("thorax_surface", "strength_loss", "frame_misalignment"),
             "passive elevation to the same posture",
         ),
     )  # fmt: skip

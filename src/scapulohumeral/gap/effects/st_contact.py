@@ -1,4 +1,4 @@
-"""A thorax under the scapula of another size or stiffness."""
+"""Ribs under the scapula that are harder or softer than the model's."""
 
 from __future__ import annotations
 
@@ -9,17 +9,6 @@ from scapulohumeral.gap.effects.body import Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
-    Param(
-        "radius_factor",
-        "1",
-        1.0,
-        0.85,
-        1.15,
-        1.04,
-        0.04,
-        "ASSUME: thoraces of adults of one size differ by less than 15 %",
-        "log",
-    ),
     Param(
         "stiffness_factor",
         "1",
@@ -36,22 +25,20 @@ PARAMS = (
 
 @dataclass(frozen=True)
 class StContact(Effect):
-    """Radii of the thorax ellipsoid and stiffness of the contact times factors."""
+    """Stiffness of the scapulothoracic contact times a factor."""
 
     def apply(self, body: Body, values: Array) -> Body:
-        """Scale both."""
-        changed = {
-            "thorax_radii": values[0] * body.parameters["thorax_radii"],
-            "contact_stiffness": values[1] * body.parameters["contact_stiffness"],
-        }
-        return replace(body, parameters={**body.parameters, **changed})
+        """Scale it."""
+        stiffness = values[0] * body.parameters["contact_stiffness"]
+        return replace(body, parameters={**body.parameters, "contact_stiffness": stiffness})
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
     """The one member of the family."""
     return (
         StContact(
-            "body", "st_contact", None, PARAMS, KINEMATICS, ("scapula_sta", "strength_loss"),
+            "body", "st_contact", None, PARAMS, KINEMATICS,
+            ("thorax_surface", "scapula_sta", "strength_loss"),
             "isometric push in the same posture",
         ),
     )  # fmt: skip

@@ -73,7 +73,7 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     return tuple(
         StrengthLoss(
             "body", "strength_loss", name, PARAMS, KINEMATICS,
-            ("emg_gain", "pain_inhibition", "fibre_length"),
+            ("emg_gain", "pain_inhibition", "fibre_length", "fatigue"),
             "maximal torque test; measured joint force; a trial near maximal effort",
         )
         for name in (*setup.groups, ALL)

@@ -37,7 +37,8 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     """The one member of the family."""
     return (
         ThoraxTilt(
-            "input", "thorax_tilt", None, PARAMS, KINEMATICS, ("segment_mass", "hand_load"),
+            "input", "thorax_tilt", None, PARAMS, KINEMATICS,
+            ("segment_mass", "hand_load", "external_force"),
             "the same movement in a second plane",
         ),
     )  # fmt: skip

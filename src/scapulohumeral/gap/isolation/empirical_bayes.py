@@ -1,4 +1,4 @@
-"""What a case is decided from, and what is most probable of the person, sessions and errors.
+"""What a case is decided from, and what is most probable of sessions and of the model's errors.
 
 Letters: D coefficients, P parameters.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -18,9 +17,16 @@ from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.pairs import paired
+from scapulohumeral.gap.isolation.suppositions import (
+    Supposition,
+    integrated,
+    log_weight_of_size,
+)
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.noise import Noise, total_covariance
+from scapulohumeral.gap.residual.other_movement import SIZES_DEG, other_movement
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, unknown_input_evidence
 from scapulohumeral.gap.settings import GapSettings
@@ -28,16 +34,13 @@ from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 log = logging.getLogger(__name__)
 
-DENSITY = attrgetter("density")
-
 # Shares of what sessions are assumed to change, and of the signature error: the most probable ones
 # are taken. Some people repeat themselves better than others, and laboratories their preparations;
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
-# Units of log density within which another stiffness is kept beside the most probable one: what
-# decides between them may be known only once the strongest effects are solved again.
-CLOSE = 3.0
+
+Fits = Mapping[Supposition, tuple[Fit, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +49,11 @@ class Evidence:
 
     Attributes
     ----------
-    residual : difference to explain; trials : of single test trials
+    residuals : difference to explain, by the supposed size of another movement [deg]; with 0 the
+        movement was the same
+    cautious : the same movement, with all that sessions are assumed to change: whether there is a
+        gap is asked of it, because what is most probable of the sessions is least where the gap is
+    trials : of single test trials
     noise : between repeats
     effects, prior : the library and the prior of its labels, alone and in pairs
     sensors : what is recorded
@@ -55,11 +62,12 @@ class Evidence:
     referenced : whether the difference is that to reference trials, else to the prediction
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
-    fits_by_stiffness : all effects fitted to derivatives at the nominal solutions, for each
-        stiffness with which the person may keep the movement, the most probable first
+    known : all effects at the nominal solutions, by stiffness
+    fits : all effects fitted to derivatives at the nominal solutions, under each supposition
     """
 
-    residual: Residual
+    residuals: Mapping[float, Residual]
+    cautious: Residual
     trials: tuple[TrialDifference, ...]
     noise: Noise
     effects: tuple[Effect, ...]
@@ -70,88 +78,108 @@ class Evidence:
     referenced: bool
     session_share: float
     settings: GapSettings
-    fits_by_stiffness: tuple[tuple[Fit, ...], ...]
+    known: Mapping[float, tuple[Hypothesis, ...]]
+    fits: Fits
 
     @property
-    def screened(self) -> tuple[Fit, ...]:
-        """Fits of all effects on the most probable person."""
-        return self.fits_by_stiffness[0]
+    def residual(self) -> Residual:
+        """Difference to explain if the movement was the same."""
+        return self.residuals[0.0]
+
+    @property
+    def suppositions(self) -> list[Supposition]:
+        """All that is supposed of the person."""
+        return [Supposition(f, size) for f in self.known for size in self.residuals]
+
+    @property
+    def screened(self) -> list[Fit]:
+        """Effects fitted to derivatives, each under its most probable supposition."""
+        return integrated((f for fits in self.fits.values() for f in fits), self.suppositions)
+
+    def others(self) -> dict[str, float]:
+        """Log evidence of another movement alone, of none of these, and of no gap."""
+        return others_of(self.residuals, self.unknown_inputs.columns)
 
 
-def most_probable(evidence: Evidence, known: Mapping[float, tuple[Hypothesis, ...]]) -> Evidence:
-    """Evidence with what is most probable of the person, the sessions and the signature error.
+def others_of(residuals: Mapping[float, Residual], columns: np.ndarray) -> dict[str, float]:
+    """Log evidence of another movement alone, of none of these, and of no gap.
 
     Parameters
     ----------
-    evidence : without effects; known : effects by stiffness. Without reference trials that is the
-        loosest: the prediction follows the recording, however firmly that was kept
-
-    Notes
-    -----
-    All sessions are tried for the loosest; for firmer ones only if these are more probable with the
-    one that was found for it.
+    residuals : by the supposed size of another movement
+    columns : (D, S) smooth unknown inputs
     """
-    # Without reference trials the model's own error counts far more than what sessions change.
-    shares = SESSION_SHARES if evidence.referenced else SESSION_SHARES[:1]
-    every = [(share, error) for share in shares for error in ERROR_SHARES]
-
-    def best_of(hypotheses: Sequence[Hypothesis], errors: Sequence[tuple[float, float]]) -> _Tried:
-        return max((_tried(evidence, hypotheses, *pair) for pair in errors), key=DENSITY)
-
-    loosest, *firmer = known.values()
-    tried = [best_of(loosest, every)]
-    for hypotheses in firmer:
-        best = max(tried, key=DENSITY)
-        alike = [errors for errors in every if errors[0] == best.evidence.session_share]
-        first = best_of(hypotheses, alike)
-        if first.density > best.density:
-            others = [errors for errors in every if errors not in alike]
-            first = max(first, best_of(hypotheses, others), key=DENSITY)
-        tried.append(first)
-    best, *less = sorted(tried, key=DENSITY, reverse=True)
-    found = best.evidence
-    less_probable = (
-        _screened(found, [f.hypothesis for f in one.evidence.screened])
-        for one in less
-        if one.density > best.density - CLOSE
-    )
-    singles = (replace(t, residual=_supposed(found, t.residual)) for t in found.trials)
-    return replace(found, trials=tuple(singles), fits_by_stiffness=(found.screened, *less_probable))
-
-
-class _Tried(NamedTuple):
-    """Evidence with something assumed, and its log density."""
-
-    density: float
-    evidence: Evidence
-
-
-def _tried(
-    evidence: Evidence, hypotheses: Sequence[Hypothesis], session: float, error: float
-) -> _Tried:
-    """Evidence with shares of what sessions change and of the signature error, screened."""
-    evidence = replace(
-        evidence,
-        session_share=session,
-        settings=replace(
-            evidence.settings, signature_error=error * evidence.settings.signature_error
-        ),
-    )
-    supposed = replace(evidence, residual=_supposed(evidence, evidence.residual))
-    supposed = replace(supposed, fits_by_stiffness=(_screened(supposed, hypotheses),))
-    found = _Tried(_density(supposed), supposed)
-    stiffness = hypotheses[0].stiffness
-    log.info("stiffness %g, session %g, error %g: %.1f", stiffness, session, error, found.density)
+    nothing = {size: no_gap_evidence(residual) for size, residual in residuals.items()}
+    moved = [log for size, log in nothing.items() if size > 0.0]
+    found = {NO_GAP: nothing[0.0], NONE: _smooth(residuals, columns)}
+    if moved:
+        found[MOVED] = float(logsumexp(moved) - np.log(len(moved)))
     return found
 
 
-def _screened(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> tuple[Fit, ...]:
-    """Effects fitted to derivatives at the nominal solutions."""
-    error = evidence.settings.signature_error
-    return tuple(fit(hypothesis, evidence.residual, error) for hypothesis in hypotheses)
+def _smooth(residuals: Mapping[float, Residual], columns: np.ndarray) -> float:
+    """Log evidence of smooth unknown inputs, whether or not the movement was the same."""
+    logs = [
+        unknown_input_evidence(residual, columns) + log_weight_of_size(size, residuals, body=True)
+        for size, residual in residuals.items()
+    ]
+    return float(logsumexp(logs))
 
 
-def _supposed(evidence: Evidence, c: Residual) -> Residual:
+class _Errors(NamedTuple):
+    """Shares of what sessions change, and of the signature error."""
+
+    session: float
+    signature: float
+
+
+def most_probable(evidence: Evidence) -> Evidence:
+    """Evidence with the most probable share of what sessions change and of the signature error.
+
+    Their density is that of the difference with all explanations, pairs included, or what one of
+    two effects leaves would count as an error. They are tried one after the other, with the size of
+    another movement that is most probable before: they hardly depend on each other.
+    """
+    loosest = next(iter(evidence.known))
+    first = _assumed(evidence, _Errors(1.0, 1.0))
+    sizes = {s: _density(_with_fits(first, [Supposition(loosest, s)])) for s in first.residuals}
+    size = max(sizes, key=lambda s: sizes[s])
+    best, density = _Errors(1.0, 1.0), sizes[size]
+    # Without reference trials the model's own error counts far more than what sessions change.
+    sessions = SESSION_SHARES[1:] if evidence.referenced else ()
+    trials = [(share, 1.0) for share in sessions] + [(None, share) for share in ERROR_SHARES[1:]]
+    for session, signature in trials:
+        errors = _Errors(best.session if session is None else session, signature)
+        one = _with_fits(_assumed(evidence, errors), [Supposition(loosest, size)])
+        if (other := _density(one)) > density:
+            best, density = errors, other
+    log.info("another movement %g deg, %s: %.1f", size, best, density)
+    found = _assumed(evidence, best)
+    found = _with_fits(found, found.suppositions)
+    base = found.residual
+    singles = (replace(t, residual=_single(found, t.residual, base)) for t in found.trials)
+    return replace(found, cautious=first.residual, trials=tuple(singles))
+
+
+def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
+    """Evidence with errors assumed, not fitted yet."""
+    signature = errors.signature * evidence.settings.signature_error
+    evidence = replace(
+        evidence,
+        session_share=errors.session,
+        settings=replace(evidence.settings, signature_error=signature),
+    )
+    base = _with_sessions(evidence, evidence.residual)
+    residuals = {0.0: base}
+    if evidence.referenced:
+        unit = other_movement(base, evidence.signatures, signature)
+        for size in SIZES_DEG:
+            covariance = base.covariance + size**2 * unit
+            residuals[size] = replace(base, covariance=covariance, moved_deg=size)
+    return replace(evidence, residuals=residuals, fits={})
+
+
+def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
     """A comparison with what sessions change, and without reference the model's own error."""
     model = None if evidence.referenced else (evidence.settings.model, c.channels)
     signatures = [r for r in evidence.signatures if r.task in c.tasks]
@@ -160,18 +188,51 @@ def _supposed(evidence: Evidence, c: Residual) -> Residual:
     return replace(c, covariance=covariance)
 
 
-def _density(evidence: Evidence) -> float:
-    """Log density of the difference, over all explanations.
+def _single(evidence: Evidence, trial: Residual, whole: Residual) -> Residual:
+    """A single trial with what sessions change, as the whole has it."""
+    return _with_sessions(evidence, replace(trial, moved_deg=whole.moved_deg))
 
-    Pairs are among them, or what one of two effects leaves would count as an error.
+
+def _with_fits(evidence: Evidence, suppositions: Sequence[Supposition]) -> Evidence:
+    """Evidence with all effects fitted under some suppositions.
+
+    Effects on the record are the same however firmly the movement is kept: they are fitted once.
     """
-    c, settings = evidence.residual, evidence.settings
-    pairs = paired(evidence.screened, evidence.prior, c, settings.signature_error)
-    known = [*evidence.screened, *pairs]
+    loosest = next(iter(evidence.known))
+    fits = {
+        one: tuple(
+            fit(
+                hypothesis,
+                evidence.residuals[one.moved_deg],
+                evidence.settings.signature_error,
+            )
+            for hypothesis in evidence.known[one.stiffness]
+            if one.stiffness == loosest or hypothesis.effects[0].changes_body
+        )
+        for one in suppositions
+    }
+    return replace(evidence, fits=fits)
+
+
+def of_person(fits: Fits, one: Supposition) -> tuple[Fit, ...]:
+    """Fits of all effects under a supposition, those on the record included."""
+    own = {f.label for f in fits[one]}
+    alike = (s for s in fits if s.moved_deg == one.moved_deg and s != one)
+    return (*fits[one], *(f for s in alike for f in fits[s] if not _body(f) and f.label not in own))
+
+
+def _body(fitted: Fit) -> bool:
+    return fitted.hypothesis.effects[0].changes_body
+
+
+def _density(evidence: Evidence) -> float:
+    """Log density of the difference under the one supposition that was fitted."""
+    [(one, fits)] = evidence.fits.items()
+    c, settings = evidence.residuals[one.moved_deg], evidence.settings
+    known = [*fits, *paired(fits, evidence.prior, c, settings.signature_error)]
     logs = [f.log_evidence + np.log(evidence.prior[f.label]) for f in known]
     logs.append(
         unknown_input_evidence(c, evidence.unknown_inputs.columns) + np.log(settings.prior_none)
     )
     logs.append(no_gap_evidence(c) + np.log(settings.prior_no_gap))
-    _, logdet = np.linalg.slogdet(c.covariance)
-    return float(logsumexp(logs) - 0.5 * logdet)
+    return float(logsumexp(logs))

@@ -95,6 +95,7 @@ class Fit:
     left : sum of squares of the whitened difference that remains
     misfit : mean square of what remains in units of noise and of the errors of the prediction:
         about one where both are as assumed
+    moved_deg : supposed size of another movement [deg], which is part of the noise
     """
 
     hypothesis: Hypothesis
@@ -103,6 +104,7 @@ class Fit:
     log_evidence: float
     left: float
     misfit: float
+    moved_deg: float
 
     @property
     def label(self) -> str:
@@ -114,16 +116,23 @@ class Fit:
         """Change (D,) that the fit predicts."""
         return self.hypothesis.predict(self.x)
 
+    def with_evidence(self, log_evidence: float) -> Fit:
+        """The same with other log evidence."""
+        return replace(self, log_evidence=log_evidence)
+
 
 def pair(first: Fit, second: Fit) -> Hypothesis:
-    """Both effects on the same person at once, their changes added."""
+    """Both effects on the same person at once, their changes added.
+
+    The stiffness is that against the one which acts on the body.
+    """
     one, two = first.hypothesis, second.hypothesis
     return Hypothesis(
         effects=(*one.effects, *two.effects),
         at=np.concatenate([one.at, two.at]),
         value=np.hstack([one.value, two.value]),
         slope=np.hstack([one.slope, two.slope]),
-        stiffness=one.stiffness,
+        stiffness=max(one.stiffness, two.stiffness),
     )
 
 

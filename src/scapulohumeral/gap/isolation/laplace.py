@@ -46,6 +46,7 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
         error.log_density(squares, len(left))
+        - residual.log_volume
         + _log_prior(hypothesis, x)
         + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
@@ -57,6 +58,7 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         log_evidence,
         left=float(left @ left),
         misfit=squares / len(left),
+        moved_deg=residual.moved_deg,
     )
 
 
@@ -143,7 +145,8 @@ def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:
 def no_gap_evidence(residual: Residual) -> float:
     """Log evidence of no difference at all."""
     white = residual.whiten(residual.delta)
-    return -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
+    density = -0.5 * (float(white @ white) + len(white) * np.log(2.0 * np.pi))
+    return density - residual.log_volume
 
 
 def task_agreement(

@@ -30,7 +30,9 @@ COMMON_FACTOR, TASK_FACTOR = 1.7, 0.7
 SHAPE_SHARED = 0.5
 
 
-SHAPE_ERROR = {"kinematics": 2.0, "emg": 1.0, "contact_force": 1.0}
+# Errors of the shape. How a person moves against an effect the model does not know: this is not an
+# error of the effect, which would thereby explain any movement, but supposed as another movement.
+SHAPE_ERROR = {"kinematics": 0.0, "emg": 1.0, "contact_force": 1.0}
 
 
 # Signature error of effects on the record, which no muscle has to act for, over that of others.

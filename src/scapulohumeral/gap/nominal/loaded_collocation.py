@@ -21,16 +21,19 @@ class LoadedCollocation(Collocation):
 
     Attributes
     ----------
-    external_Nm : (I, 10), constant in the unknowns, so that all derivatives stay
+    external_Nm : (I, 10) on the speeds, constant in the unknowns, so that all derivatives stay
+    external_N : (I, 3) on the humeral head along scapula axes, constant likewise
     """
 
     external_Nm: np.ndarray
+    external_N: np.ndarray
 
     def constraints(self, free: np.ndarray) -> np.ndarray:
         """Residuals of all equations, shape (equations * I,)."""
         residual = super().constraints(free).reshape(self.number_of_equations, -1)
         first = self.layout.coordinates
-        residual[first : first + self.external_Nm.shape[1]] += self.external_Nm.T
+        load = np.hstack([self.external_Nm, self.external_N]) / self._row_units
+        residual[first : first + load.shape[1]] += load.T
         return residual.ravel()
 
 
@@ -44,6 +47,7 @@ def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
         step=collocation.step,
         scalers=collocation.scalers,
         external_Nm=body.external_Nm,
+        external_N=body.external_N,
     )
 
 

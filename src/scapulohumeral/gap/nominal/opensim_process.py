@@ -1,10 +1,10 @@
 """The part of a participant's model that needs opensim, run as a process of its own.
 
-``python -m scapulohumeral.gap.nominal.opensim_process FOLDER`` reads
+``python -m scapulohumeral.gap.nominal.opensim_process FOLDER [sample]`` reads
 ``FOLDER/case/participant.yaml`` with its recordings and ``FOLDER/settings.json``, and writes
-``model.json`` and ``samples.npz`` there, by the functions of the study. opensim and casadi cannot
-share a process. The trials that shape the model (fibre lengths, thorax surfaces) are named in the
-settings; muscles are sampled near all.
+``model.json`` there, and ``samples.npz`` if asked to sample, by the functions of the study. opensim
+and casadi cannot share a process. The trials that shape the model (fibre lengths, thorax surfaces)
+are named in the settings; muscles are sampled near all.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import opensim
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.model.choices import ModelChoices
@@ -24,16 +25,23 @@ from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
 from scapulohumeral.model.opensim_model import model_record, participant_model
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import Participant, read_participant
+from scapulohumeral.model.record import ModelRecord, write_record
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
 
 CASE = "case"
+SAMPLE = "sample"
 REFUSED = 2
 
 
-def build(folder: Path) -> None:
+def build(folder: Path, sampled: bool) -> None:
     """Scale the model, record it as ``model.json``, and sample its muscles into ``samples.npz``.
+
+    Parameters
+    ----------
+    folder : with the files named at the top of this module
+    sampled : whether muscles are sampled, which takes most of the time
 
     Raises
     ------
@@ -46,38 +54,46 @@ def build(folder: Path) -> None:
     shaper = replace(participant, trials=shaping)
     choices = ModelChoices(masses=settings["masses"])
     model = participant_model(tables, shaper, choices)
-    record = model_record(model, shaper, tables, choices)
-    set_masses(record["segments"], settings["segment_mass_kg"])
-    (folder / "model.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    record = model_record(model, shaper, tables, choices).with_masses(settings["segment_mass_kg"])
+    write_record(record, folder / "model.json")
+    if sampled:
+        arrays = sample_muscles(model, record, participant, settings["geometry"])
+        np.savez(folder / "samples.npz", **arrays)
 
-    geometry = settings["geometry"]
-    count = geometry["poses"] + geometry["held_out_poses"]
+
+def sample_muscles(
+    model: opensim.Model,
+    record: ModelRecord,
+    participant: Participant,
+    geometry: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Paths of all muscles near the trials of a participant, as ``stages.geometry`` reads them.
+
+    All poses are for the fit: nobody looks at how good the fit of a case is.
+
+    Parameters
+    ----------
+    model, record : of the participant
+    participant : whose trials the poses are near
+    geometry : keys of section ``geometry`` of the configuration
+    """
     angles = draw_sample_angles(
         participant,
         "quaternion",
         Region(geometry["margin_deg"], tuple(geometry["scapula_turn_deg"])),
-        count,
+        geometry["poses"],
         np.random.default_rng(geometry["seed"]),
         lambda poses: is_clear(record, poses, geometry["clearance"]),
     )
-    names = [muscle["name"] for muscle in record["muscles"]]
+    names = list(record.muscle_names)
     samples = sample_geometry(model, trial_to_pose(angles), names)
-    held_out = np.arange(count) >= geometry["poses"]
-    arrays = {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
-    np.savez(folder / "samples.npz", **arrays)
-
-
-def set_masses(segments: Mapping[str, dict[str, Any]], mass_kg: Mapping[str, float]) -> None:
-    """Give segments of a model record other masses, in place; inertia follows in proportion."""
-    for name, mass in mass_kg.items():
-        ratio = mass / segments[name]["mass_kg"]
-        segments[name]["mass_kg"] = mass
-        segments[name]["inertia_kgm2"] = [ratio * i for i in segments[name]["inertia_kgm2"]]
+    held_out = np.zeros(len(angles), dtype=bool)
+    return {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
 
 
 if __name__ == "__main__":
     try:
-        build(Path(sys.argv[1]))
+        build(Path(sys.argv[1]), SAMPLE in sys.argv[2:])
     except (ConfigError, DataError, ModelError) as error:
         print(error, file=sys.stderr)
         sys.exit(REFUSED)

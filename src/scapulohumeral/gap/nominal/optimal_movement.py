@@ -16,6 +16,7 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.body import JOINTS, Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import Drive, no_drive, toward_emg
+from scapulohumeral.gap.nominal.force_levers import ALONG, force_levers
 from scapulohumeral.gap.nominal.loaded_collocation import _loaded, body_bounds
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.observables import mean_pose
@@ -32,7 +33,7 @@ from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import muscle_patterns
-from scapulohumeral.quantities.joint_loading import superior_inferior_share
+from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
 
 BARRIER = 1e-5
 
@@ -137,7 +138,14 @@ class Movement:
     def _objective(self, body: Body) -> Objective:
         inclination, version = body.glenoid_rad
         emg = self.drive.term(body.effort)
-        return replace(self.objective, glenoid=(inclination, version), emg=emg)
+        weights = self.objective.weights
+        weighted = replace(
+            weights,
+            stability=body.stability * weights.stability,
+            regularisation=body.rates * weights.regularisation,
+            excitation_rate=body.rates * weights.excitation_rate,
+        )
+        return replace(self.objective, glenoid=(inclination, version), emg=emg, weights=weighted)
 
     def cold_start(self) -> Start:
         """Start near the motion to track."""
@@ -316,25 +324,27 @@ def nominal_start(move: Movement, settings: GapSettings) -> Start:
 def nominal_body(model: ParticipantModel, nodes: int) -> Body:
     """The body without effects."""
     record, count = model.record, len(model.muscles.names)
-    glenoid = record["constants"]["glenoid"]
     _, equations = muscle_patterns(model.forces)
     crossing = np.stack([equations[JOINT_ROWS[joint]].any(axis=0) for joint in JOINTS], axis=1)
     return Body(
         muscles=model.muscles,
         parameters=unpack(dynamics_parameters(record, model.thorax, 0.0)),
-        glenoid_rad=np.deg2rad(
-            [glenoid["inferior_inclination_deg"], glenoid["anterior_version_deg"]]
-        ),
+        glenoid_rad=np.array(glenoid_angles(record)),
         effort=np.full(count, EXCITATION_EFFORT),
         floor=np.zeros(count),
         cap=np.ones(count),
         seen=np.ones(count),
-        groups=np.array([muscle["group"] for muscle in record["muscles"]]),
+        groups=np.array(record.muscle_groups),
         crossing=crossing,
         tendon_load=np.zeros((nodes - 1, count)),
         gh_elevation_rad=np.zeros(nodes - 1),
         gh_lift=np.zeros((nodes - 1, 3)),
+        levers={point: np.zeros((nodes - 1, SPEEDS + 3, 3)) for point in ALONG},
+        pull=np.zeros((nodes - 1, SPEEDS + 3, count)),
         external_Nm=np.zeros((nodes - 1, SPEEDS)),
+        external_N=np.zeros((nodes - 1, 3)),
+        stability=1.0,
+        rates=1.0,
     )
 
 
@@ -353,9 +363,16 @@ def with_state(move: Movement, point: Start) -> Movement:
     q, u, a = (0.5 * (v[1:] + v[:-1]) for v in (x.q, x.u, x.a))
     muscles = move.body.muscles
     force = force_derivatives(*move.forces.lengths(q, u), muscles)
-    load = (force.active * a + force.passive) / muscles.max_isometric_force
+    tension = force.active * a + force.passive
     elevation, lift = gh_elevation(q)
-    body = replace(move.body, tendon_load=load, gh_elevation_rad=elevation, gh_lift=lift)
+    body = replace(
+        move.body,
+        tendon_load=tension / muscles.max_isometric_force,
+        gh_elevation_rad=elevation,
+        gh_lift=lift,
+        levers=force_levers(move.forces.dynamics, move.body.parameters, q),
+        pull=-tension[:, None] * move.forces.gradients(q).transpose(0, 2, 1),
+    )
     return move.with_nominal_body(body)
 
 

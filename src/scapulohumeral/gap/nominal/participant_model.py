@@ -2,22 +2,26 @@
 
 The functions of the study make it, from the case instead of from ``config/participants``. Models
 are kept in a cache under the hash of all they are made from, so that repeating a diagnosis does
-not rebuild them.
+not rebuild them. Muscle geometry, which takes nearly all of the time, has a place of its own under
+the hash of what it is made from: size of the segments and movements. Other masses, another
+direction of gravity or another set of electrodes find it there.
 
 Muscle lengths are fitted over the poses of all trials. Thorax and fibre lengths follow from the
 reference trials alone, if there are any, so that an effect in the test trials does not move into
-the model.
+the model. One fit for all that a person may do would be less exact where the trials are, or slower
+to evaluate: see the README of ``gap``.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,19 +37,26 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
 from scapulohumeral.gap.recording.participant_file import check_groups
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
+from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.provenance import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
 
+log = logging.getLogger(__name__)
+
 FORMULATION = "quaternion"
 OPENSIM_STAGE = "scapulohumeral.gap.nominal.opensim_process"
+GEOMETRY_STAGE = "scapulohumeral.stages.geometry"
+THORAX_STAGE = "scapulohumeral.stages.thorax"
+# Argument with which the process also samples muscles.
+SAMPLE = "sample"
 # Name of the participant in its cached model: the real one must not influence anything.
 CASE = "case"
+GEOMETRY_FILE = "geometry.npz"
 REFUSED = 2
 # Every trial contributes as many poses, whatever its rate and length.
 PHASE_POINTS = 101
@@ -78,7 +89,7 @@ class ParticipantModel:
     folder, equations : where its files and the equations are kept
     """
 
-    record: Mapping[str, Any]
+    record: ModelRecord
     thorax: Mapping[str, Any]
     forces: MuscleForces
     muscles: MuscleParameters
@@ -105,13 +116,12 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     check_groups(case.participant, settings.tables)
     inputs = _inputs(case, settings)
     key = _key(inputs, settings)
-    folder = _cached(cache / key, lambda target: _build(target, case, inputs, settings))
+    paths = cache / f"geometry_{_geometry_key(case, inputs, settings)}"
+    folder = _cached(cache / key, lambda target: _build(target, paths, case, inputs, settings))
     equations = cached_equations(cache)
-    record, thorax = (
-        json.loads((folder / name).read_text(encoding="utf-8"))
-        for name in ("model.json", "thorax.json")
-    )
-    geometry = load_geometry(folder / "geometry.npz")
+    record = read_record(folder / "model.json")
+    thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
+    geometry = load_geometry(folder / GEOMETRY_FILE)
     return ParticipantModel(
         record=record,
         thorax=thorax,
@@ -192,31 +202,61 @@ def _shaping_trials(case: Case) -> list[str]:
 
 def _table(trial: GapTrial) -> str:
     """The movement of a trial at equal steps of phase, as a table of the study."""
-    times = np.linspace(*trial.window_s, PHASE_POINTS)
-    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    times, angles = trial.moved(PHASE_POINTS)
     table = pd.DataFrame(np.rad2deg(angles), columns=list(ANGLE_COLUMNS))
     table.insert(0, TIME_COLUMN, times)
     return table.to_csv(index=False, float_format="%.10g", lineterminator="\n")
 
 
 def _key(inputs: Mapping[str, str], settings: ModelSettings) -> str:
+    return _hash(inputs, settings, (OPENSIM_STAGE, GEOMETRY_STAGE, THORAX_STAGE))
+
+
+def _geometry_key(case: Case, inputs: Mapping[str, str], settings: ModelSettings) -> str:
+    """Hash of what muscle geometry is made from: no masses, no gravity, no names of trials."""
+    shaping = {f"{CASE}/{name}.csv" for name in _shaping_trials(case)}
+    scale = case.participant.model.scale
+    described = {
+        "scale": json.dumps({segment: list(factors) for segment, factors in scale.items()}),
+        "geometry": json.dumps(dict(settings.geometry), sort_keys=True),
+    }
+    movements = {
+        name: f"{name in shaping}\n{text}" for name, text in inputs.items() if name.endswith(".csv")
+    }
+    return _hash({**described, **movements}, settings, (OPENSIM_STAGE, GEOMETRY_STAGE))
+
+
+def _hash(texts: Mapping[str, str], settings: ModelSettings, modules: Sequence[str]) -> str:
+    """Hash of texts by name, of the tables, and of the code of modules."""
     digest = hashlib.sha256()
-    for module in (OPENSIM_STAGE, "scapulohumeral.stages.geometry", "scapulohumeral.stages.thorax"):
+    for module in modules:
         digest.update(provenance.code_hash(module).encode())
     digest.update(provenance.input_hash(settings.tables.iterdir()).encode())
-    for name, text in sorted(inputs.items()):
+    for name, text in sorted(texts.items()):
         # The folder of the tables differs between checkouts; their content is hashed above.
         text = text.replace(str(settings.tables.resolve()), "")
         digest.update(f"{name}:{len(text)}:{text}".encode())
     return digest.hexdigest()
 
 
-def _build(folder: Path, case: Case, inputs: Mapping[str, str], settings: ModelSettings) -> None:
+def _build(
+    folder: Path, paths: Path, case: Case, inputs: Mapping[str, str], settings: ModelSettings
+) -> None:
+    """Fill the folder of a model; `paths` is the place of its muscle geometry."""
     (folder / CASE).mkdir()
     for name, text in inputs.items():
         (folder / name).write_text(text, encoding="utf-8")
-    _run_opensim(folder)
-    geometry = settings.geometry
+    known = paths.is_dir()
+    log.info("muscle geometry %s: %s", paths.name, "known" if known else "sampled and fitted")
+    _run_opensim(folder, sampled=not known)
+    _cached(paths, lambda target: _fit(folder, target, settings.geometry))
+    shutil.copy(paths / GEOMETRY_FILE, folder / GEOMETRY_FILE)
+    recordings = [folder / CASE / f"{name}.csv" for name in _shaping_trials(case)]
+    fit_thorax(folder / "model.json", recordings, folder / "thorax.json")
+
+
+def _fit(folder: Path, paths: Path, geometry: Mapping[str, Any]) -> None:
+    """Fit muscle geometry to the samples in the folder of a model."""
     fit = fit_muscle_geometry(
         folder / "samples.npz",
         folder / "model.json",
@@ -227,16 +267,14 @@ def _build(folder: Path, case: Case, inputs: Mapping[str, str], settings: ModelS
             rmse_change=geometry["rmse_change_stop"],
         ),
     )
-    save_geometry(fit.geometry, folder / "geometry.npz")
-    recordings = [folder / CASE / f"{name}.csv" for name in _shaping_trials(case)]
-    fit_thorax(folder / "model.json", recordings, folder / "thorax.json")
-    # Thirty megabytes that only the fit needed.
+    save_geometry(fit.geometry, paths / GEOMETRY_FILE)
+    # Twenty megabytes that only the fit needed.
     (folder / "samples.npz").unlink()
 
 
-def _run_opensim(folder: Path) -> None:
+def _run_opensim(folder: Path, sampled: bool) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", OPENSIM_STAGE, str(folder)],
+        [sys.executable, "-m", OPENSIM_STAGE, str(folder), *([SAMPLE] if sampled else [])],
         capture_output=True,
         text=True,
         check=False,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
+from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+from scapulohumeral.templates import page_template
 
 TEMPLATE = "page.html.j2"
 # What each kind of missing data costs, said at the top of the page.
@@ -25,6 +25,7 @@ COSTS = {
 # What was found most probable of person and sessions, by the names of the table "errors".
 ASSUMED = {
     "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
+    "other_movement_deg": "another movement was intended, by {} deg (0: the same one)",
     "session_share": "two sessions differ by {} of the configured spread",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }
@@ -38,16 +39,13 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
     diagnosis : Diagnosis
     command : the command that made it, printed under Downloads
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scapulohumeral.gap.output", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "interval": interval, "percent": percent}
-    environment.filters["yes_or_no"] = yes_or_no
-    return environment.get_template(TEMPLATE).render(
+    filters: dict[str, Callable[..., str]] = {
+        "number": number,
+        "interval": interval,
+        "percent": percent,
+        "yes_or_no": yes_or_no,
+    }
+    return page_template("scapulohumeral.gap.output", TEMPLATE, filters).render(
         d=diagnosis,
         verdict=verdict(diagnosis),
         badges=badges(diagnosis),
@@ -100,6 +98,8 @@ def cause(diagnosis: Diagnosis) -> str:
     if best is None or (diagnosis.none_p or 0.0) > best.p:
         return f"none of the known effects (p {number(diagnosis.none_p)})."
     text = f"{described(best)}, p {number(best.p)}."
+    if best.label == MOVED:
+        text = f"the movement was done differently ({text[:-1]})."
     for entry in diagnosis.classes:
         if entry.id == best.class_id and len(entry.labels) > 1:
             others = [label for label in entry.labels if label != best.label]
@@ -142,8 +142,11 @@ def how_far(diagnosis: Diagnosis) -> str:
     for share, words in hardest:
         if share is not None:
             ends = interval(tuple(100.0 * end for end in share.ci95) if share.ci95 else None)
+            it = "adding it removes"
+            if diagnosis.status == "abstained":
+                it = f"{diagnosis.candidates[0].label}, not named as the cause, would remove"
             return (
-                f"adding it removes {percent(share.value)} {ends} of the reducible gap {words} "
+                f"{it} {percent(share.value)} {ends} of the reducible gap {words} "
                 f"({share.n_trials} trials)."
             )
     return "over all channels together the gap hardly exceeds the floor: nothing to remove."

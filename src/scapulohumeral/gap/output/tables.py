@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -155,8 +155,13 @@ def amplitude_table(best: Fit, by_task: Sequence[tuple[str, float, float]]) -> p
     return table_of(AmplitudeRow, rows)
 
 
-def factors_table(residual: Residual, fits: Sequence[Fit], relative_error: float) -> pd.DataFrame:
-    """How much of each effect this person shows in each channel, for every hypothesis."""
+def factors_table(
+    residuals: Mapping[float, Residual], fits: Sequence[Fit], relative_error: float
+) -> pd.DataFrame:
+    """How much of each effect this person shows in each channel, for every hypothesis.
+
+    `residuals` are those of every supposed size of another movement.
+    """
     return table_of(
         FactorsRow,
         (
@@ -164,10 +169,10 @@ def factors_table(residual: Residual, fits: Sequence[Fit], relative_error: float
             for fitted in fits
             for effect, own in zip(
                 fitted.hypothesis.effects,
-                gain_factors(fitted, residual, relative_error),
+                gain_factors(fitted, residuals[fitted.moved_deg], relative_error),
                 strict=True,
             )
-            for k, channel in enumerate(residual.channels)
+            for k, channel in enumerate(residuals[0.0].channels)
         ),
     )
 

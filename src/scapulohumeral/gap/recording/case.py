@@ -12,12 +12,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array
 
 DEFAULT_SEED = 1
@@ -71,6 +74,16 @@ class GapTrial:
     contact: ContactSeries | None
     window_s: tuple[float, float]
     source: Path
+
+    @cached_property
+    def smooth(self) -> Motion:
+        """The motion, low-pass filtered at its own times."""
+        return smoothed(Motion(self.time_s, self.angles_rad))
+
+    def moved(self, nodes: int) -> tuple[Array, Array]:
+        """The smooth motion at equal steps of its movement: times (N,), angles (N, 10) [rad]."""
+        times = np.linspace(*self.window_s, nodes)
+        return times, resampled(self.smooth, times)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ B phase functions.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import dct
@@ -19,8 +19,6 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import GapTrial
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
-from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     Array,
     quaternion_conjugate,
@@ -64,16 +62,15 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
 
     EMG and force are averaged over the phase that a node stands for, whatever their rate.
     """
-    start, end = trial.window_s
-    times = np.linspace(start, end, nodes)
-    angles = resampled(smoothed(Motion(trial.time_s, trial.angles_rad)), times)
+    times, angles = trial.moved(nodes)
     emg = force = None
     if channels and trial.emg is not None:
         columns = [trial.emg.channels.index(name) for name in channels]
         emg = _averaged(trial.emg.time_s, trial.emg.values[:, columns], times)
     if contact and trial.contact is not None:
         force = _averaged(trial.contact.time_s, trial.contact.force_N, times)
-    return Observation(end - start, trial_to_pose(angles), channels, emg, force)
+    duration = trial.window_s[1] - trial.window_s[0]
+    return Observation(duration, trial_to_pose(angles), channels, emg, force)
 
 
 def _averaged(time_s: Array, values: Array, times: Array) -> Array:
@@ -148,6 +145,24 @@ def difference(observed: Observation, anchor: Observation) -> Array:
     if observed.contact_N is not None and anchor.contact_N is not None:
         parts.append(observed.contact_N - anchor.contact_N)
     return np.hstack(parts)
+
+
+def channel_rates(observed: Observation) -> Array:
+    """Rates (N, K) of the channels per unit of phase, which runs from 0 to 1."""
+    motion = replace(observed, emg=None, contact_N=None)
+    first, last = (
+        replace(motion, pose=observed.pose[part]) for part in (slice(-1), slice(1, None))
+    )
+    steps = difference(last, first)
+    # Mean of the steps before and after a node; at both ends there is one only.
+    padded = np.concatenate([steps[:1], steps, steps[-1:]])
+    rates = 0.5 * (padded[1:] + padded[:-1])
+    others = [
+        np.gradient(curves, axis=0)
+        for curves in (observed.emg, observed.contact_N)
+        if curves is not None
+    ]
+    return (len(observed.pose) - 1) * np.hstack([rates, *others])
 
 
 def phase_functions(nodes: int, count: int) -> Array:

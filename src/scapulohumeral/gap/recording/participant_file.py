@@ -12,10 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
 
+from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
@@ -193,31 +191,9 @@ def _entry(path: Path, stem: str, entry: Mapping[str, Any]) -> TrialEntry:
     return TrialEntry(entry.get("task"), entry.get("repeat"), bounds)
 
 
-class _OnceLoader(yaml.SafeLoader):
-    """Refuses a key that stands twice, of which the last would win silently."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """As inherited, but for keys that stand twice."""
-        names = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        for name in names:
-            if names.count(name) > 1:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key '{name}' more than once", node.start_mark
-                )
-        return super().construct_mapping(node, deep)
-
-
 def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml.load(path.read_text(encoding="utf-8"), _OnceLoader)
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: no text in UTF-8 ({error}). Save it as UTF-8.") from error
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}. Check the name, and the line named.") from error
-    if not isinstance(document, dict):
-        raise ConfigError(
-            f"{path}: no keys; expected 'schema: participant/1' and others. Add them."
-        )
+    remedy = "Check the name, and the line named."
+    document = read_mapping(path, "'schema: participant/1' and others", remedy)
     try:
         _check_finite(path, document, "")
     except RecursionError as error:
@@ -255,8 +231,4 @@ def _check_gravity(path: Path, gravity: Sequence[float]) -> None:
 
 
 def _check(path: Path, document: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
-    fault = best_match(Draft202012Validator(schema).iter_errors(document))
-    if fault is not None:
-        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
-        hint = fault.schema.get("description", "see the README, section on diagnosis")
-        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
+    check_schema(path, document, schema, "see the README, section on diagnosis")

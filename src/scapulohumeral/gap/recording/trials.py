@@ -21,6 +21,7 @@ from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window
 from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
+from scapulohumeral.model.csv_table import check_increasing
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
@@ -164,13 +165,7 @@ def _time(table: MotionTable) -> Array:
             f"{table.path}: {len(time_s)} rows; expected {FEWEST_FRAMES} or more. "
             "Record longer, or at a higher rate."
         )
-    stalled = np.flatnonzero(np.diff(time_s) <= 0.0)
-    if stalled.size:
-        i = int(stalled[0]) + 1
-        raise DataError(
-            f"{table.path}, row {table.row(i)}, column {table.header('time')}: {time_s[i]} s does "
-            f"not follow {time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
-        )
+    check_increasing(table.path, table.header("time"), time_s, table.first_row)
     check_rate(table, time_s)
     return time_s
 

@@ -24,7 +24,7 @@ from scapulohumeral.gap.recording.observables import (
     mean,
     recorded,
 )
-from scapulohumeral.gap.residual.noise import Noise, trial_noise
+from scapulohumeral.gap.residual.noise import Noise, Repeats, trial_noise
 from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
@@ -113,12 +113,18 @@ def solved_part(
 
 def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
     """Covariance of one trial, from all that was repeated."""
-    groups = [
-        np.stack([difference(one, records.anchors[task]) for one in trials])
-        for side in (records.test, records.reference)
-        for task, trials in side.items()
-    ]
-    return trial_noise(groups, records.channels, functions, settings.noise)
+    repeats = {
+        task: Repeats(
+            anchor,
+            tuple(
+                np.stack([difference(one, anchor) for one in side[task]])
+                for side in (records.test, records.reference)
+                if side
+            ),
+        )
+        for task, anchor in records.anchors.items()
+    }
+    return trial_noise(repeats, records.channels, functions, settings.noise)
 
 
 def differences(
@@ -138,7 +144,8 @@ def differences(
             1.0 / n + (1.0 / counts[i] if counts[i] else 0.0)
             for n, i in zip(trials, index, strict=True)
         ]
-        repeats = block_diag(*(weight * noise.covariance for weight in weights))
+        own = [noise.covariances[tasks[i]] for i in index]
+        repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))
         return Residual(
             delta=compress(curves_, functions),
             covariance=repeats,
@@ -146,7 +153,7 @@ def differences(
             functions=functions,
             tasks=tuple(tasks[i] for i in index),
             channels=records.channels,
-            degrees=noise.worth,
+            degrees=tuple(noise.worth[tasks[i]] for i in index),
         )
 
     whole = made(

@@ -1,30 +1,34 @@
 """How repeats of one person scatter, and what else two recordings may differ by without a cause.
 
-The covariance between repeats is shrunk toward a prior. What changes between two sessions is added,
-and without reference trials the error of the model itself.
+Repeats of real people scatter in timing and in posture: about half of it is where in the movement a
+trial is, one unknown curve that all channels share. The covariance of a trial is that of this
+timing and of smooth posture, as large as the repeats of a case say and else as recorded repeats of
+other people were. What changes between two sessions is added, and without reference trials the
+error of the model itself.
 
-Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials.
+Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials, W warping functions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from scapulohumeral.gap.recording.observables import channel_kind
+from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.recording.observables import channel_kind, channel_rates
 from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.settings import ModelSpread, NoisePrior
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
-# Phases of a movement between which errors of one trial are nearly independent.
-INDEPENDENT_PHASES = 3
-
-
-# No coefficient of a channel varies less than this share of its mean: rounding is no knowledge.
-LEAST_VARIANCE = 0.05
+# No coefficient of a channel varies less than this share of what other people's do: rounding is no
+# knowledge.
+LEAST_SCALE = 0.02
+# What repeats say of their full covariance counts for at most this share beside the model of it:
+# few repeats do not pin a covariance.
+OWN_SHAPE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,88 +37,142 @@ class Noise:
 
     Attributes
     ----------
-    covariance : (K B, K B), channel by channel
-    degrees : degrees of freedom of the repeats behind it; 0 if there are none
-    worth : the same with the repeats that prior knowledge is worth
+    covariances : by task (K B, K B), channel by channel
+    degrees : by task, degrees of freedom of the repeats behind it; 0 if there are none
+    worth : by task, the same with the repeats that prior knowledge is worth
     """
 
-    covariance: np.ndarray
-    degrees: int
-    worth: float
+    covariances: Mapping[str, np.ndarray]
+    degrees: Mapping[str, int]
+    worth: Mapping[str, float]
 
     @property
     def source(self) -> str:
         """Where it comes from: "repeats", or "configuration" for its section `gap.noise` alone."""
-        return "repeats" if self.degrees > 0 else "configuration"
+        return "repeats" if any(self.degrees.values()) else "configuration"
+
+
+@dataclass(frozen=True, eq=False)
+class Repeats:
+    """Repeats of one task: their mean record, and curves (L, N, K) of each side about its mean."""
+
+    mean: Observation
+    sides: tuple[np.ndarray, ...]
+
+    @property
+    def degrees(self) -> int:
+        """Degrees of freedom of what they scatter."""
+        return sum(len(side) - 1 for side in self.sides)
 
 
 def trial_noise(
-    groups: Sequence[np.ndarray], channels: Sequence[str], functions: np.ndarray, prior: NoisePrior
+    repeats: Mapping[str, Repeats],
+    channels: Sequence[str],
+    functions: np.ndarray,
+    prior: NoisePrior,
 ) -> Noise:
-    """Covariance between repeats.
+    """Covariance between repeats of each task.
 
     Parameters
     ----------
-    groups : curves (L, N, K) of the repeats of one task and side, one array per group
-    channels : (K,) names; functions : (N, B)
-    prior : knowledge that stands in for repeats that are not there
+    repeats : by task; channels : (K,) names; functions : (N, B)
+    prior : how repeats of other people scatter
 
     Notes
     -----
-    The variance of each channel and the spectrum of each kind of channel are pooled over all
-    groups. Half of the weight that the repeats deserve goes to their full covariance, so that what
-    varies together counts once.
+    People and tasks differ by factors: the scale of each channel over all tasks, and that of each
+    task over all channels, is a geometric mean of what the repeats show and of what others' do.
     """
-    residuals = [
-        compress([group - group.mean(axis=0)], functions).T for group in groups if len(group) > 1
-    ]
-    degrees = sum(len(group) - 1 for group in groups)
+    expected = {
+        task: _expected(one.mean, channels, functions, prior) for task, one in repeats.items()
+    }
+    samples = {task: _sample(one, functions) for task, one in repeats.items()}
+    degrees = {task: one.degrees for task, one in repeats.items()}
+    whole = sum(degrees.values())
     size = functions.shape[1]
-    prior_variance = _variances(channels, vars(prior), functions)
-    if not degrees:
-        return Noise(np.diag(prior_variance.ravel()), 0, prior.repeats)
-    sample = sum(r.T @ r for r in residuals) / degrees
-    own = np.diag(sample).reshape(-1, size)
-    weight = degrees / (degrees + prior.repeats)
-    kinds = np.array([channel_kind(name) for name in channels])
-    total = weight * own.sum(axis=1) + (1.0 - weight) * prior_variance.sum(axis=1)
-    spectrum = np.zeros_like(own)
-    for kind in set(kinds):
-        shares = own[kinds == kind] / np.maximum(
-            own[kinds == kind].sum(axis=1, keepdims=True), 1e-12
-        )
-        expected = (
-            prior_variance[kinds == kind] / prior_variance[kinds == kind].sum(axis=1)[:, None]
-        )
-        spectrum[kinds == kind] = weight * shares.mean(axis=0) + (1.0 - weight) * expected
-    spectrum = np.maximum(spectrum, LEAST_VARIANCE / size)
-    target = np.diag((total[:, None] * spectrum).ravel())
-    covariance = 0.5 * weight * sample + (1.0 - 0.5 * weight) * target
-    return Noise(covariance, degrees, degrees + prior.repeats)
+    ratios = [
+        degrees[task] * _channel_ratios(samples[task], expected[task], size) for task in repeats
+    ]
+    shown = np.sum(ratios, axis=0) / max(whole, 1)
+    scale = _shrunk(shown, whole, prior.repeats)
+    grown = np.repeat(np.sqrt(scale), size)
+    covariances = {}
+    for task, one in expected.items():
+        target = one * np.outer(grown, grown)
+        own = np.mean(np.diag(samples[task]) / np.diag(target), keepdims=True)
+        target = target * _shrunk(own, degrees[task], prior.repeats)
+        share = OWN_SHAPE * degrees[task] / (degrees[task] + prior.repeats)
+        covariances[task] = share * samples[task] + (1.0 - share) * target
+    worth = {task: count + prior.repeats for task, count in degrees.items()}
+    return Noise(covariances, degrees, worth)
 
 
-def _variances(
-    channels: Sequence[str], spread: dict[str, float], functions: np.ndarray
+def _sample(repeats: Repeats, functions: np.ndarray) -> np.ndarray:
+    """Covariance (K B, K B) of repeats about their means; zero without any."""
+    parts = [compress([side - side.mean(axis=0)], functions) for side in repeats.sides]
+    return sum(part @ part.T for part in parts) / max(repeats.degrees, 1)
+
+
+def _channel_ratios(sample: np.ndarray, expected: np.ndarray, size: int) -> np.ndarray:
+    """Variance (K,) of each channel over the expected one."""
+    own, other = (np.diag(one).reshape(-1, size).sum(axis=1) for one in (sample, expected))
+    return own / other
+
+
+def _shrunk(ratio: np.ndarray, degrees: int, worth: float) -> np.ndarray:
+    """Geometric mean of a ratio and one: by degrees of freedom, and what the one is worth."""
+    return np.maximum(ratio, LEAST_SCALE) ** (degrees / (degrees + worth))
+
+
+def _expected(
+    mean: Observation, channels: Sequence[str], functions: np.ndarray, prior: NoisePrior
 ) -> np.ndarray:
-    """Variances (K, B) of coefficients of smooth curves with given standard deviations."""
-    names = {"kinematics": "kinematics_deg", "emg": "emg", "contact_force": "contact_N"}
-    shape = 1.0 / (1.0 + np.arange(functions.shape[1])) ** 2
-    level = np.array([spread[names[channel_kind(name)]] for name in channels]) ** 2
-    return len(functions) * level[:, None] * shape / shape.sum()
+    """Covariance (K B, K B) of one trial as repeats of other people have it."""
+    levels = np.array([prior.deviation(name) for name in channels])
+    if mean.emg is not None:
+        heights = np.sqrt(np.mean(mean.emg**2, axis=0))
+        of_emg = [channel_kind(name) == "emg" for name in channels]
+        levels[of_emg] = np.hypot(levels[of_emg], prior.emg_relative * heights)
+    columns = timing(mean, functions, prior.phase_shift)
+    return np.diag(_variances(levels, functions, 1.0).ravel()) + columns @ columns.T
+
+
+def timing(mean: Observation, functions: np.ndarray, phase_shift: Sequence[float]) -> np.ndarray:
+    """Change (K B, W) of a record by being elsewhere in the movement, all channels alike.
+
+    Parameters
+    ----------
+    mean : record; functions : (N, B)
+    phase_shift : (W,) standard deviation of each cosine of phase [share of the duration]
+    """
+    rates = channel_rates(mean)
+    phase = np.linspace(0.0, 1.0, len(rates))
+    shifts = [sd * np.cos(np.pi * i * phase) for i, sd in enumerate(phase_shift)]
+    return compress([np.stack([shift[:, None] * rates for shift in shifts])], functions)
+
+
+def _variances(levels: np.ndarray, functions: np.ndarray, exponent: float) -> np.ndarray:
+    """Variances (K, B) of coefficients of smooth curves with standard deviations (K,)."""
+    shape = 1.0 / (1.0 + np.arange(functions.shape[1])) ** exponent
+    return len(functions) * levels[:, None] ** 2 * shape / shape.sum()
 
 
 def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
-    """Differences without any effect, (D, count), noise estimated from few repeats included."""
+    """Differences without any effect, (D, count), noise estimated from few repeats included.
+
+    The scale of a task's noise is known by as many degrees of freedom as its repeats and prior
+    knowledge are worth, so each task has Student's t tails of its own.
+    """
     rng = np.random.default_rng(seed)
     factors = [
         np.linalg.cholesky(part + 1e-12 * np.eye(len(part)) * np.trace(part) / len(part))
         for part in (residual.noise, residual.covariance - residual.noise)
     ]
     noise, rest = (factor @ rng.normal(size=(len(factor), count)) for factor in factors)
-    # The size of the noise is estimated itself; channels share their estimates, each with several
-    # independent phases, which counts like as many more repeats.
-    degrees = residual.degrees * INDEPENDENT_PHASES
-    return rest + noise * np.sqrt(degrees / rng.chisquare(degrees, count))
+    size = len(noise) // len(residual.tasks)
+    degrees = np.array(residual.degrees)[:, None]
+    scales = np.sqrt(degrees / rng.chisquare(degrees, (len(degrees), count)))
+    return rest + noise * np.repeat(scales, size, axis=0)
 
 
 def total_covariance(
@@ -141,7 +199,7 @@ def total_covariance(
     total += share**2 * session @ session.T
     if model is not None:
         spread, channels = model
-        total += np.diag(
-            np.tile(_variances(channels, vars(spread), functions).ravel(), len(signatures))
-        )
+        levels = np.array([spread.deviation(name) for name in channels])
+        variances = _variances(levels, functions, 2.0)
+        total += np.diag(np.tile(variances.ravel(), len(signatures)))
     return total

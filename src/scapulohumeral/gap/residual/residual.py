@@ -46,7 +46,8 @@ class Residual:
     covariance : (D, D); noise : (D, D) the part of it that repeats determine
     functions : (N, B) phase functions
     tasks : (T,) names; channels : (K,) names
-    degrees : that the noise is known with
+    degrees : (T,) degrees of freedom by which the noise of each task is known
+    moved_deg : supposed size of another movement [deg], part of the covariance
     """
 
     delta: np.ndarray
@@ -55,11 +56,17 @@ class Residual:
     functions: np.ndarray
     tasks: tuple[str, ...]
     channels: tuple[str, ...]
-    degrees: float
+    degrees: tuple[float, ...]
+    moved_deg: float = 0.0
 
     @cached_property
     def _factor(self) -> np.ndarray:
         return np.linalg.cholesky(self.covariance)
+
+    @cached_property
+    def log_volume(self) -> float:
+        """Half the logarithm of the determinant of the covariance: what whitening shrinks."""
+        return float(np.log(np.diag(self._factor)).sum())
 
     def whiten(self, vectors: np.ndarray) -> np.ndarray:
         """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
@@ -135,7 +142,10 @@ class Residual:
     def part(self, tasks: Sequence[str]) -> Residual:
         """The same for some of the tasks."""
         kept = tuple(task for task in self.tasks if task in tasks)
-        return replace(self._of(self.rows(tasks)), tasks=kept)
+        degrees = tuple(
+            degree for task, degree in zip(self.tasks, self.degrees, strict=True) if task in kept
+        )
+        return replace(self._of(self.rows(tasks)), tasks=kept, degrees=degrees)
 
     def only(self, channels: Sequence[str]) -> Residual:
         """The same for some of the channels."""

@@ -39,7 +39,7 @@ def unknown_input_evidence(
             -0.5 * (scaled @ scaled + len(white) * np.log(2.0 * np.pi))
             - np.log(np.diag(factor)).sum()
         )
-    return float(np.logaddexp.reduce(values) - np.log(len(values)))
+    return float(np.logaddexp.reduce(values) - np.log(len(values))) - residual.log_volume
 
 
 def unknown_input_left(residual: Residual, columns: np.ndarray) -> float:

@@ -93,12 +93,13 @@ class Linearised:
 
         return _derivative(_stepped(record, internal))
 
-    def posture(self) -> Array:
-        """Change (10 SMOOTH, N, K) per degree of a smooth change of the motion to track."""
+    def intended(self, count: int) -> Array:
+        """Change (10, count, N, K) per degree of smooth changes of the motion to track."""
         nodes = len(self.move.angles_rad)
-        shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
+        shapes = phase_functions(nodes, count) * np.sqrt(nodes)
         columns = [self._by_posture(dof, shape) for dof in range(DOF) for shape in shapes.T]
-        return self.through(np.stack(columns, axis=1))
+        changes = self.through(np.stack(columns, axis=1))
+        return changes.reshape(DOF, count, *changes.shape[1:])
 
     def slack(self) -> Array:
         """Change (10, SMOOTH, N, K) per N m of smooth generalised forces."""

@@ -35,10 +35,10 @@ from scapulohumeral.model.rotations import (
 from scapulohumeral.ocp.solving.solver import Start
 
 # How firmly a person may keep a movement against an effect, in units of the tracking weight that
-# recordings without effects are followed with. Of 20 opened blind cases of one effect on the body
-# with reference trials, 12 were 4 to 29 units of log evidence more probable with 10, and two 7 and
-# 45 units less; 100 was no better than 10.
-STIFFNESSES = (1.0, 10.0)
+# recordings without effects are followed with: from the model's compromise between following and
+# effort to a person who keeps the movement and pays with effort alone. A diagnosis integrates over
+# them.
+STIFFNESSES = (1.0, 10.0, 1000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +52,7 @@ class TaskSignatures:
     point : nominal solution
     effects : (P, N, K) change per unit of each effect's internal parameters, for each stiffness
         with which the person may keep the movement (:data:`STIFFNESSES`)
+    intended : (10, B, N, K) change per degree of each smooth change of the motion that was intended
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
     followed, followed_session : change of the prediction by effects on the record, (P, N, K) each,
@@ -67,6 +68,7 @@ class TaskSignatures:
     nominal: Observation
     point: Start
     effects: tuple[tuple[Array, ...], ...]
+    intended: Array
     posture: Array
     session: Array
     followed: tuple[Array, ...]
@@ -118,6 +120,8 @@ def task_signatures(
         )
     move = with_state(move, point)
     local = Linearised(move, move.body, point, anchor.duration_s, sensors)
+    by_stiffness = [local, *(local.kept(stiffness) for stiffness in STIFFNESSES[1:])]
+    intended = by_stiffness[-1].intended(max(settings.phase_functions, SMOOTH))
     levers, needed = _balance(move, point)
     sessions = session_records(anchor, settings)
     return TaskSignatures(
@@ -125,8 +129,9 @@ def task_signatures(
         anchor=anchor,
         nominal=local.observed,
         point=point,
-        effects=_signatures(local, effects, anchor),
-        posture=settings.session.posture_deg * _shared_out(local.posture()),
+        effects=_signatures(by_stiffness, effects, anchor),
+        intended=intended,
+        posture=settings.session.posture_deg * _varying(intended),
         session=np.stack([difference(one, anchor) for one in sessions]),
         followed=tuple(_followed(local, effect, anchor) for effect in effects),
         followed_session=local.following([(one, anchor) for one in sessions], 1.0),
@@ -137,9 +142,10 @@ def task_signatures(
     )
 
 
-def _shared_out(changes: Array) -> Array:
-    """Changes (10 SMOOTH, N, K) by smooth functions, which together vary as much as one unit."""
-    return np.tile(SMOOTH_SHARES, len(changes) // SMOOTH)[:, None, None] * changes
+def _varying(intended: Array) -> Array:
+    """Changes (10 SMOOTH, N, K) by smooth functions, which together vary by one degree."""
+    shared = SMOOTH_SHARES[:, None, None] * intended[:, :SMOOTH]
+    return shared.reshape(-1, *shared.shape[2:])
 
 
 def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
@@ -155,9 +161,10 @@ def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
 
 
 def _signatures(
-    local: Linearised, effects: Sequence[Effect], anchor: Observation
+    by_stiffness: Sequence[Linearised], effects: Sequence[Effect], anchor: Observation
 ) -> tuple[tuple[Array, ...], ...]:
     """Change (P, N, K) by each effect where it is absent, for each stiffness."""
+    local = by_stiffness[0]
     at = {effect.label: np.zeros(len(effect.params)) for effect in effects}
     conditions = {
         effect.label: local.conditions(effect, at[effect.label])
@@ -171,13 +178,16 @@ def _signatures(
         else record_derivative(effect, at[effect.label], anchor)
         for effect in effects
     ]
-    fits_by_stiffness = [
-        local if stiffness == 1.0 else local.kept(stiffness) for stiffness in STIFFNESSES
-    ]
-    return tuple(
-        tuple(
-            change + person.through(conditions[effect.label]) if effect.changes_body else change
-            for effect, change in zip(effects, directly, strict=True)
+    found = []
+    for person in by_stiffness:
+        # Back-substituted together: the factors are read once for all.
+        moved = person.through(np.hstack(list(conditions.values())))
+        ends = np.cumsum([block.shape[1] for block in conditions.values()])[:-1]
+        by_label = dict(zip(conditions, np.split(moved, ends), strict=True))
+        found.append(
+            tuple(
+                change + by_label[effect.label] if effect.changes_body else change
+                for effect, change in zip(effects, directly, strict=True)
+            )
         )
-        for person in fits_by_stiffness
-    )
+    return tuple(found)

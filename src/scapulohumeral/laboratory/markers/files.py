@@ -229,7 +229,7 @@ def uniform_rate(path: Path, time_s: Array, column: str, first_row: int) -> floa
     ------
     DataError                        times do not increase, or their steps differ; names the row
     """
-    check_increasing(path, column, time_s)
+    check_increasing(path, column, time_s, first_row)
     if len(time_s) < 2:
         raise DataError(f"{path}: {len(time_s)} frames; expected at least two. Record longer.")
     steps = np.diff(time_s)

@@ -6,11 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
-
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.documents import check_schema, read_mapping
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
@@ -34,11 +30,7 @@ def read_map(path: Path, schema: Mapping[str, Any]) -> dict[str, Any]:
     ConfigError                      names file, key, what was expected, and the remedy
     """
     document = _load(path)
-    fault = best_match(Draft202012Validator(schema).iter_errors(document))
-    if fault is not None:
-        place = ".".join(str(part) for part in fault.absolute_path) or "top level"
-        hint = fault.schema.get("description", "see the README, section on own recordings")
-        raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
+    check_schema(path, document, schema, "see the README, section on own recordings")
     return document
 
 
@@ -48,10 +40,5 @@ def kind_of_map(path: Path) -> str:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}. Check the name, and the line named.") from error
-    if not isinstance(document, dict):
-        raise ConfigError(f"{path}: no keys; expected 'schema: marker_map/1' and others.")
-    return document
+    remedy = "Check the name, and the line named."
+    return read_mapping(path, "'schema: marker_map/1' and others", remedy)

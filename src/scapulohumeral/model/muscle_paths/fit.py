@@ -13,10 +13,9 @@ K rotations that they span, n selected terms.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import Any
+from functools import cache
 
 import numpy as np
 from scipy.linalg import solve, solve_triangular
@@ -30,6 +29,7 @@ from scapulohumeral.model.muscle_paths.geometry import (
     is_straight,
     straight_coefficients,
 )
+from scapulohumeral.model.record import ModelRecord, MuscleRecord
 from scapulohumeral.model.rotations import Array
 
 DEGREE_BY_VARIABLES = {1: 6, 3: 6, 4: 5, 6: 6, 7: 4, 9: 5, 10: 3}
@@ -130,10 +130,20 @@ def candidate_exponents(variables: Sequence[int]) -> Array:
     The largest total degree depends on the number of variables (DEGREE_BY_VARIABLES).
     """
     degree = DEGREE_BY_VARIABLES[len(variables)]
-    rows = [e for e in product(range(degree + 1), repeat=len(variables)) if sum(e) <= degree]
-    exponents = np.zeros((len(rows), 10), dtype=int)
-    exponents[:, list(variables)] = rows
-    return exponents[np.argsort(exponents.sum(axis=1), kind="stable")]
+    rows = [_of_degree(len(variables), d) for d in range(degree + 1)]
+    exponents = np.zeros((sum(map(len, rows)), 10), dtype=int)
+    exponents[:, list(variables)] = np.concatenate(rows)
+    return exponents
+
+
+@cache
+def _of_degree(variables: int, degree: int) -> Array:
+    """Exponents (B, variables) of all monomials of one degree, powers of the first rising."""
+    if variables == 1:
+        return np.array([[degree]])
+    rest = [_of_degree(variables - 1, degree - first) for first in range(degree + 1)]
+    firsts = np.repeat(np.arange(degree + 1), [len(rows) for rows in rest])
+    return np.column_stack([firsts, np.concatenate(rest)])
 
 
 def monomial_values(exponents: Array, variables: Array) -> Array:
@@ -177,23 +187,27 @@ def select_terms(gram: Array, right: Array, error: Array, settings: FitSettings)
     """
     scale = np.sqrt(np.diagonal(gram)) + np.finfo(float).tiny
     gram, right = gram / scale / scale[:, None], right / scale[:, None]
-    rest, rest_right = gram.copy(), right.copy()
+    rest, rest_right = np.diagonal(gram).copy(), right.copy()
+    # Columns of the Cholesky factor of the selected terms: what of each candidate they contain.
+    factor = np.zeros((min(settings.max_terms, len(gram)), len(gram)))
     order: list[int] = []
     counts = np.zeros(len(error), dtype=int)
     history = [error]
-    while len(order) < min(settings.max_terms, len(gram)) and _worth_going_on(history, settings):
+    while len(order) < len(factor) and _worth_going_on(history, settings):
         open_targets = history[-1] > 1.0
-        pivot = np.diagonal(rest).copy()
-        usable = pivot > 1.0 / settings.max_condition
+        usable = rest > 1.0 / settings.max_condition
         usable[order] = False
-        gain = np.sum(rest_right[:, open_targets] ** 2, axis=1) / np.where(usable, pivot, np.inf)
+        gain = np.sum(rest_right[:, open_targets] ** 2, axis=1) / np.where(usable, rest, np.inf)
         best = int(np.argmax(gain)) if order else 0
         if not usable[best]:
             break
-        column, row = rest[:, best] / pivot[best], rest_right[best].copy()
-        history.append(np.maximum(history[-1] - row**2 / pivot[best], 0.0))
+        known = factor[: len(order)]
+        column = (gram[:, best] - known[:, best] @ known) / np.sqrt(rest[best])
+        row = rest_right[best] / np.sqrt(rest[best])
+        history.append(np.maximum(history[-1] - row**2, 0.0))
+        factor[len(order)] = column
         rest_right -= np.outer(column, row)
-        rest -= np.outer(column, rest[best].copy())
+        rest -= column**2
         order.append(best)
         counts[open_targets] = len(order)
     return _solve_selected(gram, right, scale, np.array(order), counts)
@@ -322,11 +336,9 @@ def fit_directions(values: Array, target: Array, settings: FitSettings) -> Array
     return coefficients
 
 
-def fit_geometry(
-    record: Mapping[str, Any], samples: FitSamples, settings: FitSettings
-) -> MuscleFit:
+def fit_geometry(record: ModelRecord, samples: FitSamples, settings: FitSettings) -> MuscleFit:
     """Geometry of all muscles of a participant's model record, "model/1"."""
-    muscles = record["muscles"]
+    muscles = record.muscles
     straight = np.array([is_straight(muscle) for muscle in muscles])
     index: dict[tuple[int, ...], int] = {(0,) * 10: 0}
     terms: list[tuple[Array, Array, Array, Array]] = []
@@ -349,9 +361,7 @@ def fit_geometry(
     return MuscleFit(geometry, condition, left_out)
 
 
-def _groups(
-    muscles: Sequence[Mapping[str, Any]], straight: np.ndarray
-) -> dict[tuple[str, ...], Array]:
+def _groups(muscles: Sequence[MuscleRecord], straight: np.ndarray) -> dict[tuple[str, ...], Array]:
     """Indices of the muscles to fit, by the joints that they cross."""
     groups: dict[tuple[str, ...], list[int]] = {}
     for m in np.flatnonzero(~straight).tolist():
@@ -374,8 +384,8 @@ def _make_group(samples: FitSamples, joints: tuple[str, ...], members: Array) ->
     )
 
 
-def _assemble(record, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
-    muscles, size = record["muscles"], len(exponents)
+def _assemble(record: ModelRecord, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
+    muscles, size = record.muscles, len(exponents)
     length = np.zeros((len(muscles), size + ROTATION_FEATURES))
     translation = np.zeros((3, *length.shape))
     for members, columns, coefficients, directions in terms:
@@ -385,5 +395,4 @@ def _assemble(record, squared: np.ndarray, exponents: Array, terms) -> MuscleGeo
         square, arms = straight_coefficients(record, muscles[m])
         length[m, 0], length[m, size:] = square[0], square[1:]
         translation[:, m, 0], translation[:, m, size:] = arms[:, 0], arms[:, 1:]
-    names = tuple(muscle["name"] for muscle in muscles)
-    return MuscleGeometry(names, exponents, length, translation, squared)
+    return MuscleGeometry(record.muscle_names, exponents, length, translation, squared)

@@ -10,15 +10,14 @@ Letters: M muscles, V = 10 variables, Fm monomials, F = Fm + 36 features.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.record import ModelRecord, MuscleRecord
 from scapulohumeral.model.rotations import Array
 
 BODY_JOINTS: dict[str, tuple[str, ...]] = {
@@ -65,21 +64,19 @@ class MuscleGeometry:
     squared: Array
 
 
-def crossed_joints(muscle: Mapping[str, Any]) -> tuple[str, ...]:
+def crossed_joints(muscle: MuscleRecord) -> tuple[str, ...]:
     """Joints between the bodies that a muscle's path points lie on."""
-    chains = [set(BODY_JOINTS[point["body"]]) for point in muscle["points"]]
+    chains = [set(BODY_JOINTS[point.body]) for point in muscle.points]
     crossed = chains[0].union(*chains) - chains[0].intersection(*chains)
     return tuple(joint for joint in JOINT_VARIABLES if joint in crossed)
 
 
-def is_straight(muscle: Mapping[str, Any]) -> bool:
+def is_straight(muscle: MuscleRecord) -> bool:
     """Whether a muscle runs straight from origin to insertion."""
-    return not muscle["wraps"] and len(muscle["points"]) == 2
+    return not muscle.wraps and len(muscle.points) == 2
 
 
-def straight_coefficients(
-    record: Mapping[str, Any], muscle: Mapping[str, Any]
-) -> tuple[Array, Array]:
+def straight_coefficients(record: ModelRecord, muscle: MuscleRecord) -> tuple[Array, Array]:
     """Exact coefficients of a straight path between two bodies of the chain.
 
     The line from origin to insertion is a sum of vectors c_k, each fixed in one body: from the
@@ -95,19 +92,19 @@ def straight_coefficients(
     ------
     ModelError                         if the squared length needs other rotation matrices
     """
-    ends = sorted(muscle["points"], key=lambda point: len(BODY_JOINTS[point["body"]]))
-    names = [point["body"] for point in ends]
-    origin, insertion = (np.array(point["location_m"]) for point in ends)
+    ends = sorted(muscle.points, key=lambda point: len(BODY_JOINTS[point.body]))
+    names = [point.body for point in ends]
+    origin, insertion = (np.array(point.location_m) for point in ends)
     start, stop = (CHAIN.index(name) if name in CHAIN else -1 for name in names)
     bodies = CHAIN[start : stop + 1]
     pairs = list(combinations(bodies, 2))
     if not pairs or not set(pairs) <= set(BLOCK_BETWEEN):
         raise ModelError(
-            f"muscle {muscle['name']}: no exact straight path from {names[0]} to {names[1]}; "
+            f"muscle {muscle.name}: no exact straight path from {names[0]} to {names[1]}; "
             f"expected one of {', '.join(' to '.join(pair) for pair in BLOCK_BETWEEN)}. "
             "Give it a wrapping surface or a third path point."
         )
-    joints = [np.array(record["joints"][name]["location_m"]) for name in CHAIN_JOINTS[start:stop]]
+    joints = [np.array(record.joints[name].location_m) for name in CHAIN_JOINTS[start:stop]]
     vectors = dict(zip(bodies, [joints[0] - origin, *joints[1:], insertion], strict=True))
     squared, arms = np.zeros(1 + ROTATION_FEATURES), np.zeros((3, 1 + ROTATION_FEATURES))
     squared[0] = sum(vector @ vector for vector in vectors.values())

@@ -13,6 +13,7 @@ import numpy as np
 import opensim
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     Array,
@@ -34,6 +35,8 @@ LARGEST_UNIT_FORCE = 1.02
 # two steps of a difference with two paths, and the biceps seems to have an arm of 0.24 m.
 LARGEST_ELBOW_ARM_M = 0.12
 GH_JOINT = "gh1"
+# Joints of the girdle, and the segments that they turn.
+GIRDLE_JOINTS = {"SC": "clavicle_r", "AC": "scapula_r"}
 # Links of the chain, thorax first; a joint lies between neighbours.
 CHAIN_POSITION = {
     "thorax": 0,
@@ -135,8 +138,13 @@ def sample_geometry(
     names = muscle_names(model) if muscles is None else tuple(muscles)
     sampler = _Sampler(model, names)
     crossing = crossing_muscles(sampler)
-    length, gradient, jump = _rotational(sampler, poses, crossing)
+    past = muscles_past_girdle(sampler)
+    girdle = {joint: [m for m in crossing[joint] if m not in past] for joint in GIRDLE_JOINTS}
+    length, gradient, jump = _rotational(sampler, poses, {**crossing, **girdle})
     translation, gh_jump = _translational(model, names, poses, length, crossing["GH"])
+    gradient[:, past, :6] = _girdle_arms(
+        model, poses, gradient[:, past, JOINT_COLUMNS["GH"]], translation[:, past]
+    )
     force = np.linalg.norm(translation, axis=2)
     smooth = (np.maximum(jump, gh_jump) < JUMP_M) & (force < LARGEST_UNIT_FORCE)
     smooth &= np.abs(gradient[:, :, JOINT_COLUMNS["EL"]]).max(axis=2) < LARGEST_ELBOW_ARM_M
@@ -156,6 +164,47 @@ def crossing_muscles(sampler: _Sampler) -> dict[str, list[int]]:
         joint: [m for m, span in enumerate(spans) if span[0] <= k < span[-1]]
         for k, joint in enumerate(JOINT_COLUMNS)
     }
+
+
+def muscles_past_girdle(sampler: _Sampler) -> list[int]:
+    """Muscles from the thorax to the arm that touch neither clavicle nor scapula.
+
+    Their lengths depend only on where the humerus is in the thorax. How they change with the girdle
+    follows from how they change with GH: these muscles wrap over ellipsoids and cost the most.
+    """
+    spans = [set(_chain_positions(path)) for path in sampler.paths]
+    girdle = {CHAIN_POSITION["clavicle_r"], CHAIN_POSITION["scapula_r"]}
+    arm = CHAIN_POSITION["humerus_r"]
+    return [m for m, s in enumerate(spans) if 0 in s and max(s) >= arm and not s & girdle]
+
+
+def _girdle_arms(model: opensim.Model, poses: Array, gh_arms: Array, translation: Array) -> Array:
+    """Length changes (P, m, 6) [m/rad] per rotation of SC and AC of muscles that pass the girdle.
+
+    A turn of the girdle by e turns the humerus by e and moves its head by e x r, where r is the way
+    from the joint to the humeral head.
+
+    Parameters
+    ----------
+    gh_arms : array, shape (P, m, 3)       change per rotation of GH, about the humerus's axes
+    translation : array, shape (P, m, 3)   change per translation of the head, along the scapula's
+    """
+    joints = {name: _joint_location(model, name) for name in ("sc1", "ac1", GH_JOINT)}
+    frames = chain_frames(joints, poses)
+    head, humerus = frames["humerus_r"]
+    turn = np.einsum("pij,pmj->pmi", humerus, gh_arms)
+    pull = np.einsum("pij,pmj->pmi", frames["scapula_r"][1], translation)
+    arms = []
+    for segment in GIRDLE_JOINTS.values():
+        centre, axes = frames[segment]
+        about = turn + np.cross((head - centre)[:, None], pull)
+        arms.append(np.einsum("pij,pmi->pmj", axes, about))
+    return np.concatenate(arms, axis=2)
+
+
+def _joint_location(model: opensim.Model, name: str) -> list[float]:
+    location = model.getJointSet().get(name).get_frames(0).get_translation()
+    return [location.get(i) for i in range(3)]
 
 
 def _chain_positions(path: opensim.GeometryPath) -> Iterator[int]:
@@ -244,10 +293,9 @@ def _translational(
 
 def _shifted(model: opensim.Model, axis: int, distance_m: float) -> opensim.Model:
     copy = model.clone()
-    frame = copy.updJointSet().get(GH_JOINT).upd_frames(0)
-    location = frame.get_translation()
-    moved = [location.get(i) + (distance_m if i == axis else 0.0) for i in range(3)]
-    frame.set_translation(opensim.Vec3(*moved))
+    moved = _joint_location(copy, GH_JOINT)
+    moved[axis] += distance_m
+    copy.updJointSet().get(GH_JOINT).upd_frames(0).set_translation(opensim.Vec3(*moved))
     copy.finalizeConnections()
     return copy
 

@@ -10,35 +10,41 @@ Letters: P poses of thirteen numbers, as in ``rotations``; `record` is a model r
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from scapulohumeral.model.constants import Vector3
+from scapulohumeral.model.record import ModelRecord, WrapRecord
 from scapulohumeral.model.rotations import Array, quaternion_to_matrix
 
 Frame = tuple[Array, Array]
+# Joint, segment that it moves, and where its quaternion begins in a pose.
+CHAIN = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
 
 
-def segment_frames(record: Mapping[str, Any], poses: Array) -> dict[str, Frame]:
-    """Where thorax, clavicle, scapula and humerus are, in thorax axes.
+def segment_frames(record: ModelRecord, poses: Array) -> dict[str, Frame]:
+    """Where thorax, clavicle, scapula and humerus are, in thorax axes; as `chain_frames`."""
+    return chain_frames({joint: record.joints[joint].location_m for joint, *_ in CHAIN}, poses)
+
+
+def chain_frames(location_m: Mapping[str, Sequence[float]], poses: Array) -> dict[str, Frame]:
+    """The same by where the joints of the chain are in their parents [m].
 
     Returns
     -------
     dict                             segment -> (origin (P, 3) [m], rotation matrix (P, 3, 3))
     """
-    joints = record["joints"]
     origin, matrix = np.zeros((len(poses), 3)), np.tile(np.eye(3), (len(poses), 1, 1))
     frames = {"thorax": (origin, matrix)}
-    chain = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
-    for joint, segment, start in chain:
-        origin = origin + matrix @ np.array(joints[joint]["location_m"])
+    for joint, segment, start in CHAIN:
+        origin = origin + matrix @ np.array(location_m[joint])
         matrix = matrix @ quaternion_to_matrix(poses[:, start : start + 4])
         frames[segment] = (origin, matrix)
     return frames
 
 
-def attachment_levels(record: Mapping[str, Any], poses: Array) -> dict[str, Array]:
+def attachment_levels(record: ModelRecord, poses: Array) -> dict[str, Array]:
     """Lowest level of the moving attachments of its muscles, for each ellipsoid of the thorax.
 
     Attachments on the thorax itself are left out: they do not move, and lie on the surface.
@@ -53,25 +59,25 @@ def attachment_levels(record: Mapping[str, Any], poses: Array) -> dict[str, Arra
     dict                             wrap object -> array (P,); only objects that muscles use
     """
     frames = segment_frames(record, poses)
-    surfaces = {w["name"]: w for w in record["wrap_objects"] if w["body"] == "thorax"}
+    surfaces = {w.name: w for w in record.wrap_objects if w.body == "thorax"}
     levels: dict[str, Array] = {}
-    for muscle in record["muscles"]:
-        for name in surfaces.keys() & set(muscle["wraps"]):
-            for point in muscle["points"]:
-                if point["body"] != "thorax":
-                    level = _level(surfaces[name], frames[point["body"]], point["location_m"])
+    for muscle in record.muscles:
+        for name in surfaces.keys() & set(muscle.wraps):
+            for point in muscle.points:
+                if point.body != "thorax":
+                    level = _level(surfaces[name], frames[point.body], point.location_m)
                     levels[name] = np.minimum(levels.get(name, level), level)
     return levels
 
 
-def _level(surface: Mapping[str, Any], frame: Frame, location: list[float]) -> Array:
+def _level(surface: WrapRecord, frame: Frame, location: Vector3) -> Array:
     origin, matrix = frame
     position = origin + matrix @ np.array(location)
-    offset = (position - surface["translation_m"]) / surface["dimensions_m"]
+    offset = (position - surface.translation_m) / surface.dimensions_m
     return np.sum(offset**2, axis=1) - 1.0
 
 
-def is_clear(record: Mapping[str, Any], poses: Array, clearance: float = 0.0) -> np.ndarray:
+def is_clear(record: ModelRecord, poses: Array, clearance: float = 0.0) -> np.ndarray:
     """Whether all attachments are outside the surfaces of the thorax, boolean array (P,).
 
     They are if their level is above `clearance` [1].

@@ -156,6 +156,6 @@ def _conditions(point: Start, changed: Variant) -> np.ndarray:
         (collocation.jacobian(free), collocation.jacobian_structure),
         shape=(residual.size, free.size),
     )
-    gradient = layout.join(changed.objective.gradient(layout.split(free)))
+    gradient = layout.join_gradient(changed.objective.gradient(layout.split(free)))
     gradient += jacobian.T @ np.asarray(point.multipliers)[: residual.size]
     return np.concatenate([gradient, residual])

@@ -68,6 +68,18 @@ MEDIANS = (
 )
 
 
+# Columns of the history of draws: name, path in the scores of simulated arms.
+DRAW_SCORES = (
+    ("false alarms", ("false_alarms",)),
+    ("gap found", ("detection",)),
+    ("family right", ("family_top1",)),
+    ("class right", ("class_top1",)),
+    ("twice the smallest detectable: family right", ("large", "family_top1")),
+    ("there: class right", ("large", "class_top1")),
+    ("90 % set holds the truth", ("set90", "coverage")),
+)
+
+
 def verdict_table(diagnoses: Sequence[Mapping[str, Any]]) -> Table:
     """One row per participant: is there a gap, where, which cause, how far it shrinks."""
     rows = [
@@ -108,7 +120,12 @@ def candidate_table(diagnosis: Mapping[str, Any]) -> Table:
 
 
 def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
-    """Headline scores on simulated arms of every draw of blind cases, one row each."""
+    """Headline scores on simulated arms of every draw of blind cases, one row each.
+
+    Parameters
+    ----------
+    cards : score cards, the latest last; rates carry their Wilson 95 % intervals
+    """
     rows = []
     for card in cards:
         scores = card["plants"]["P1"]["all"]
@@ -118,9 +135,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
                 card["look"],
                 str(card["scored"]["cases"]),
                 card["answered"]["code"][:16],
-                _rate(scores["false_alarms"]),
-                _rate(scores["detection"]),
-                _rate(scores["family_top1"]),
+                *(_in_draw(scores, path) for _, path in DRAW_SCORES),
                 _median(scores["amplitude"]["relative_error"]),
             )
         )
@@ -129,12 +144,15 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
         "look",
         "cases",
         "code of the answers",
-        "false alarms",
-        "gap found",
-        "family right",
+        *(name for name, _ in DRAW_SCORES),
         "amplitude error, median",
     )
     return Table(columns, rows)
+
+
+def _in_draw(scores: Mapping[str, Any], path: Sequence[str]) -> str:
+    """A rate of a draw; large effects had no scores of their own in the first draws."""
+    return "not scored then" if path[0] not in scores else _rate(_at(scores, path))
 
 
 def score_tables(scores: Mapping[str, Any]) -> dict[str, Table]:

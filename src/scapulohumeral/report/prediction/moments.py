@@ -139,7 +139,7 @@ def group_force_figure(cases: Cases) -> Picture | None:
     if about is None:
         return None
     shown = compared(cases, about)
-    names = {muscle["name"]: muscle["group"] for muscle in about.record["muscles"]}
+    names = {muscle.name: muscle.group for muscle in about.record.muscles}
     groups = np.array([names[name] for name in about.solution.muscles.tolist()])
     forces = {k: group_force(p.solution.muscle_force_N, groups) for k, (p, _) in shown.items()}
     panels = list(forces["healthy"])

@@ -248,8 +248,8 @@ def _force_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
         if published_motion is not None:
             why += f", {published_motion.peak_elevation_deg:.0f} deg in the published motion"
         why += (
-            f"; body weight here: {healthy.record['body_mass_kg']:.0f} kg, "
-            f"{healthy.record['body_mass_source']}"
+            f"; body weight here: {healthy.record.body_mass_kg:.0f} kg, "
+            f"{healthy.record.body_mass_source}"
         )
         quantity = f"peak glenohumeral force, healthy, {plane} plane [% body weight]"
         yield _row("prediction", quantity, published, peak, why, digits=1)

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import SolveError
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.problems.model_files import ModelFiles, load_model
@@ -104,7 +105,7 @@ def _positive(pose: Array) -> Array:
     return np.concatenate([signs * pose[:12], pose[12:]])
 
 
-def _row(posture: Posture, pose: Array, record: Mapping[str, Any]) -> dict[str, Any]:
+def _row(posture: Posture, pose: Array, record: ModelRecord) -> dict[str, Any]:
     try:
         free, held = static_posture(posture, pose), static_posture(posture, pose, HELD)
     except SolveError as error:
@@ -131,7 +132,7 @@ def _angles(name: str, pose: Array) -> dict[str, float]:
 
 
 def _costs(
-    name: str, posture: Posture, found: StaticSolution, record: Mapping[str, Any]
+    name: str, posture: Posture, found: StaticSolution, record: ModelRecord
 ) -> dict[str, float]:
     """Effort and stability of a posture, without what holds it, and its joint force."""
     load = glenohumeral_load(found.reaction_N[None], record)
@@ -145,10 +146,10 @@ def _costs(
 
 
 def _paying(
-    posture: Posture, free: StaticSolution, held: StaticSolution, record: Mapping[str, Any]
+    posture: Posture, free: StaticSolution, held: StaticSolution, record: ModelRecord
 ) -> str:
     """Groups whose effort differs most between the held and the free girdle, largest first."""
-    groups = np.array([muscle["group"] for muscle in record["muscles"]])
+    groups = np.array(record.muscle_groups)
     change = posture.effort * (held.activation**2 - free.activation**2)
     sums = {str(name): float(change[groups == name].sum()) for name in dict.fromkeys(groups)}
     first = sorted(sums, key=lambda name: -abs(sums[name]))[:NAMED]

@@ -9,12 +9,12 @@ from gap_movement import CHANNELS, NODES
 
 from scapulohumeral.gap.detection.presence import DifferenceMap
 from scapulohumeral.gap.detection.regions import POINTWISE_SIGMA, entered_regions, shown_regions
-from scapulohumeral.gap.isolation.candidates import _level
 from scapulohumeral.gap.isolation.priors import PAIRS, pair_priors
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import DOF_NAMES, UnknownInputs
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
+from scapulohumeral.gap.verdict.candidates import _level
 
 pytestmark = pytest.mark.unit
 

@@ -1,24 +1,34 @@
 """The contract of every effect, and the direction in which each family acts."""
 
+from dataclasses import replace
 from itertools import combinations
 
+import gap_movement
 import numpy as np
 import pytest
-from gap_movement import NODES, SETUP, small_body, small_movement, small_record
+from arm import arm_from_angles, parameters
+from gap_movement import NODES, small_movement, small_record
+from small_arm import small_motion
 
-from scapulohumeral.dynamics.parameters import pack
+from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.effects.base import Param, Setup
+from scapulohumeral.gap.effects.external_force import POINTS
 from scapulohumeral.gap.effects.frames import elevation
 from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
 from scapulohumeral.gap.nominal import optimal_movement
+from scapulohumeral.gap.nominal.force_levers import ALONG, force_levers
 from scapulohumeral.gap.recording.observables import SensorSetup, difference, predicted
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.model.rotations import quaternion_multiply, relative_angle
+from scapulohumeral.model.rotations import quaternion_multiply, relative_angle, trial_to_pose
+from scapulohumeral.ocp.layout import REACTION_UNIT_N
 
 pytestmark = pytest.mark.unit
 
+# One muscle of the small arm stands for serratus anterior, which has a family of its own.
+GROUPS = np.array(["serr_ant", *gap_movement.NAMES[1:]])
+SETUP = replace(gap_movement.SETUP, groups=tuple(GROUPS))
 LIBRARY = library(SETUP)
 BY_LABEL = {effect.label: effect for effect in LIBRARY}
 RECORDER = SensorSetup(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
@@ -26,15 +36,29 @@ RECORDER = SensorSetup(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]
 SOLVED = [
     ("body/hand_load", 0),
     ("body/strength_loss/biceps", 0),
-    ("body/strength_loss/coracobrachialis", 1),
+    ("body/strength_loss/serr_ant", 1),
+    ("body/fatigue/biceps", 0),
     ("body/fibre_length/biceps", 1),
+    ("body/glenoid_orientation", 1),
     ("body/joint_damping/GH", 0),
     ("body/passive_gh", 0),
+    ("body/passive_girdle", 1),
+    ("body/segment_mass/girdle", 0),
+    ("body/serratus_path", 0),
     ("body/tendon_compliance/all", 0),
+    ("body/thorax_surface", 1),
     ("control/co_contraction/EL", 0),
     ("control/pain_inhibition/biceps", 0),
+    ("control/rate_weight", 0),
+    ("control/stability_weight", 0),
+    ("input/external_force/hand", 0),
     ("input/thorax_tilt", 0),
 ]
+
+
+def small_body():
+    """The small arm with a muscle for serratus anterior."""
+    return replace(gap_movement.small_body(), groups=GROUPS)
 
 
 def numbers(body):
@@ -46,13 +70,15 @@ def numbers(body):
             m.max_isometric_force,
             m.optimal_fibre_length,
             np.broadcast_to(m.tendon_slack_length, (NODES - 1, 3)).ravel(),
-            m.capacity,
+            np.broadcast_to(m.capacity, (NODES - 1, 3)).ravel(),
             body.glenoid_rad,
             body.effort,
             body.floor,
             body.cap,
             body.seen,
             body.external_Nm.ravel(),
+            body.external_N.ravel(),
+            [body.stability, body.rates],
         ]
     )
 
@@ -63,7 +89,7 @@ def typical(effect, share=1.0):
 
 
 def test_all_families_are_there_once():
-    assert len(FAMILIES) == len({(e.side, e.family) for e in LIBRARY}) == 17
+    assert len(FAMILIES) == len({(e.side, e.family) for e in LIBRARY}) == 25
     assert len(BY_LABEL) == len(LIBRARY)
 
 
@@ -105,7 +131,7 @@ def test_small_effects_on_the_record_commute():
 def test_missing_observables_make_effects_untestable():
     motion_only = Setup(SETUP.groups, (), (), False)
     effects = library(motion_only)
-    assert not any(e.family.startswith("em") for e in effects)
+    assert not any(e.family.startswith(("em", "electrode")) for e in effects)
     assert untestable(effects) == EMG_FAMILIES
     assert untestable(LIBRARY) == ()
 
@@ -115,6 +141,12 @@ def test_parameters_without_source_or_beyond_their_bounds_are_refused():
         Param("x", "1", 0.0, 0.0, 1.0, 0.5, 0.5, "")
     with pytest.raises(ConfigError, match="off 2.0"):
         Param("x", "1", 2.0, 0.0, 1.0, 0.5, 0.5, "table")
+
+
+def test_effects_are_mistaken_for_families_that_there_are():
+    families = {effect.family for effect in LIBRARY}
+    for effect in LIBRARY:
+        assert set(effect.mimics) <= families - {effect.family}
 
 
 def test_internal_scale_is_inverted():
@@ -128,6 +160,7 @@ def test_internal_scale_is_inverted():
 def solved(quaternion_equations):
     """The small movement, its solution, and the solution differentiated."""
     move = small_movement(quaternion_equations)
+    move = move.with_nominal_body(replace(move.body, groups=GROUPS))
     point = move.solved(move.body, move.cold_start(), 500)
     return move, point, Linearised(move, move.body, point, 0.44, RECORDER)
 
@@ -238,3 +271,136 @@ def test_emg_effects_act_on_their_channels():
     early = BY_LABEL["measurement/emd"].observe(record, np.array([40.0])).emg
     # The first channel rises by 0.3 over 0.44 s.
     np.testing.assert_allclose(early[:, 0] - record.emg[:, 0], 0.3 * 0.04 / 0.44, rtol=1e-6)
+
+
+def test_an_electrode_slides_with_elevation():
+    record = small_record()
+    shift = BY_LABEL["measurement/electrode_shift/EMG_b"]
+    ratio = shift.observe(record, np.array([1.5, 0.8])).emg / record.emg
+    np.testing.assert_allclose(ratio[:, 0], 1.0)
+    share = elevation(record.pose) / np.deg2rad(120.0)
+    np.testing.assert_allclose(np.log(ratio[:, 1]), np.log(0.8) + share * np.log(1.5))
+
+
+def test_fatigue_grows_and_takes_active_force_alone():
+    body = small_body()
+    tired = BY_LABEL["body/fatigue/biceps"].apply(body, np.array([0.6])).muscles
+    left = tired.capacity / body.muscles.capacity
+    np.testing.assert_allclose(left[:, GROUPS != "biceps"], 1.0)
+    lost = 1.0 - left[:, GROUPS == "biceps"].ravel()
+    np.testing.assert_allclose(np.diff(lost), np.diff(lost).mean())
+    assert lost.mean() == pytest.approx(0.2)  # half of what is lost at the end
+    np.testing.assert_array_equal(tired.max_isometric_force, body.muscles.max_isometric_force)
+
+
+@pytest.mark.parametrize(
+    ("member", "segments"),
+    [
+        ("arm", {"humerus", "forearm"}),
+        ("girdle", {"clavicle", "scapula"}),
+        ("forearm", {"forearm"}),
+    ],
+)
+def test_masses_of_segments(member, segments):
+    was = small_body().parameters
+    now = BY_LABEL[f"body/segment_mass/{member}"].apply(small_body(), np.array([1.3])).parameters
+    for segment in ("clavicle", "scapula", "humerus", "forearm"):
+        for block in ("mass", "inertia"):
+            ratio = 1.3 if segment in segments else 1.0
+            name = f"{block}_{segment}"
+            np.testing.assert_allclose(now[name], ratio * np.asarray(was[name]))
+
+
+def test_a_thorax_further_back_and_wider():
+    was = small_body().parameters
+    now = BY_LABEL["body/thorax_surface"].apply(small_body(), np.array([1.1, 5.0])).parameters
+    np.testing.assert_allclose(now["thorax_radii"], 1.1 * np.asarray(was["thorax_radii"]))
+    np.testing.assert_allclose(now["thorax_centre"] - was["thorax_centre"], [0.0, 0.0, 0.005])
+
+
+def test_springs_of_the_girdle_leave_the_arm_alone():
+    was = small_body().parameters
+    now = BY_LABEL["body/passive_girdle"].apply(small_body(), np.array([3.0, 2.0])).parameters
+    np.testing.assert_allclose(now["joint_stiffness"] / was["joint_stiffness"], [3, 3, 1, 1])
+    np.testing.assert_allclose(now["spring_torque"] - was["spring_torque"], [2, 2, 0, 0])
+
+
+def test_longer_arms_of_serratus_add_a_share_of_its_pull():
+    body = small_body()
+    loaded = BY_LABEL["body/serratus_path"].apply(body, np.array([1.5]))
+    pull = body.pull[:, :, GROUPS == "serr_ant"][..., 0]
+    np.testing.assert_allclose(np.hstack([loaded.external_Nm, loaded.external_N]), 0.5 * pull)
+
+
+@pytest.mark.parametrize(
+    ("label", "scaled"),
+    [
+        ("control/stability_weight", {"stability"}),
+        ("control/rate_weight", {"regularisation", "excitation_rate"}),
+    ],
+)
+def test_weights_of_the_cost(quaternion_equations, label, scaled):
+    move = small_movement(quaternion_equations)
+    body = BY_LABEL[label].apply(move.body, np.array([4.0]))
+    was, now = (vars(move.variant(b).objective.weights) for b in (move.body, body))
+    for name, value in was.items():
+        assert now[name] == (4.0 * value if name in scaled else value)
+
+
+def test_forces_act_where_levers_are_known():
+    assert set(POINTS) == set(ALONG)
+
+
+@pytest.mark.parametrize("point", POINTS)
+def test_levers_are_how_the_point_moves_with_each_speed(quaternion_equations, point):
+    """Velocities of the point by unit speeds, from mechanics of its own."""
+    angles, p = small_motion(4), parameters()
+    levers = force_levers(quaternion_equations, unpack(pack(p)), trial_to_pose(angles))[point]
+    p["place"] = ALONG[point] * np.asarray(p["com_load"])
+    for node in range(4):
+        for dof, speed in enumerate(np.eye(10)):
+            _, velocity = arm_from_angles(p, angles[node], speed).at("forearm", "place")
+            np.testing.assert_allclose(levers[node, dof], velocity, atol=1e-9)
+
+
+def test_the_hand_moves_along_its_levers(quaternion_equations):
+    """Finite differences of the place of the hand, elbow and clavicle, to sign and size."""
+    angles, p, step = small_motion(3), parameters(), 1e-6
+    levers = force_levers(quaternion_equations, unpack(pack(p)), trial_to_pose(angles))["hand"]
+
+    def place(values):
+        return arm_from_angles(p, values, np.zeros(10)).at("forearm", "com_load")[0]
+
+    for node in range(3):
+        # Elbow flexion is a speed as it stands; the last clavicle angle turns about its own x.
+        for angle, dof in ((9, 9), (2, 0)):
+            change = step * np.eye(10)[angle]
+            slope = (place(angles[node] + change) - place(angles[node] - change)) / (2.0 * step)
+            np.testing.assert_allclose(levers[node, dof], slope, atol=1e-7)
+
+
+def test_a_force_at_the_hand_loads_the_equations_as_a_weight_does(quaternion_equations):
+    """All thirteen equations, the force on the humeral head included."""
+    pose, p = trial_to_pose(small_motion(5)), parameters()
+    still = np.hstack([pose, np.zeros((5, 23))])
+    loads = [
+        quaternion_equations.residual(still, pack({**p, "mass_load": mass})) for mass in (0.0, 2.0)
+    ]
+    lever = force_levers(quaternion_equations, unpack(pack(p)), pose)["hand"]
+    expected = lever @ (2.0 * np.asarray(p["gravity"]))
+    np.testing.assert_allclose(loads[1] - loads[0], expected, atol=1e-9)
+
+
+def test_external_forces_enter_the_equations_in_their_units(quaternion_equations):
+    move = small_movement(quaternion_equations)
+    start = move.cold_start().free
+    effect = BY_LABEL["input/external_force/forearm"]
+    loaded = effect.apply(move.body, np.array([3.0, -1.0, 2.0]))
+    rows = [
+        move.variant(body).collocation.constraints(start).reshape(-1, NODES - 1)
+        for body in (move.body, loaded)
+    ]
+    change = (rows[1] - rows[0])[13:26].T
+    expected = move.body.levers["forearm"] @ np.array([-1.0, 3.0, 2.0])
+    expected[:, 10:] /= REACTION_UNIT_N
+    np.testing.assert_allclose(change, expected, atol=1e-9)

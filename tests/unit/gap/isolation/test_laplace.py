@@ -17,10 +17,7 @@ from made_up_hypotheses import (
     residual,
 )
 
-from scapulohumeral.gap.isolation.baselines import baseline_labels
-from scapulohumeral.gap.isolation.candidates import amplitudes, hint
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
-from scapulohumeral.gap.isolation.isolability import distance, next_trial, separability
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
 from scapulohumeral.gap.isolation.model_error import (
     COMMON_FACTOR,
@@ -31,10 +28,13 @@ from scapulohumeral.gap.isolation.model_error import (
     SignatureError,
     change_error,
 )
-from scapulohumeral.gap.isolation.posterior import Posterior
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS
 from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
 from scapulohumeral.gap.result import Candidate, Entered
+from scapulohumeral.gap.verdict.baselines import baseline_labels
+from scapulohumeral.gap.verdict.candidates import amplitudes, hint
+from scapulohumeral.gap.verdict.isolability import distance, next_trial, separability
+from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
 

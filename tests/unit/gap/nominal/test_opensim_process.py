@@ -8,6 +8,7 @@ import yaml
 from places import REPOSITORY
 
 from scapulohumeral.gap.nominal.opensim_process import build
+from scapulohumeral.model.record import read_record
 from scapulohumeral.model.tables import read_tables
 
 pytestmark = pytest.mark.opensim
@@ -32,7 +33,6 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
         "shaping_trials": ["test0"],
         "geometry": {
             "poses": 6,
-            "held_out_poses": 2,
             "margin_deg": 5,
             "scapula_turn_deg": [-5, 5],
             "clearance": 0.05,
@@ -40,15 +40,15 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
         },
     }
     (tmp_path / "settings.json").write_text(json.dumps(settings))
-    build(tmp_path)
-    record = json.loads((tmp_path / "model.json").read_text())
-    humerus, scapula = (record["segments"][name] for name in ("humerus_r", "scapula_r"))
-    assert humerus["mass_kg"] == 2.0
-    assert scapula["mass_kg"] == pytest.approx(1.0504640207736304)
+    build(tmp_path, sampled=True)
+    record = read_record(tmp_path / "model.json")
+    humerus, scapula = (record.segments[name] for name in ("humerus_r", "scapula_r"))
+    assert humerus.mass_kg == 2.0
+    assert scapula.mass_kg == pytest.approx(1.0504640207736304)
     # Inertia over mass is that of the base segment times its squared scale.
     base, scale = read_tables(tables).segments["humerus_r"], document["scale"]["humerus_r"][0]
     gyration = base.inertia_kgm2[1] / base.mass_kg * scale**2
-    assert humerus["inertia_kgm2"][1] / 2.0 == pytest.approx(gyration)
+    assert humerus.inertia_kgm2[1] / 2.0 == pytest.approx(gyration)
     with np.load(tmp_path / "samples.npz") as samples:
-        assert samples["length_m"].shape == (8, len(record["muscles"]))
-        assert samples["held_out"].sum() == 2
+        assert samples["length_m"].shape == (6, len(record.muscles))
+        assert not samples["held_out"].any()

@@ -8,6 +8,7 @@ import pytest
 from gap_files import elevation, write_csv, write_mot, write_participant
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording import case
 from scapulohumeral.gap.recording.case import case_hash, make_case
 from scapulohumeral.gap.recording.movement_window import (
     humerothoracic_speed,
@@ -129,6 +130,17 @@ def test_smoothing_leaves_a_slow_movement_and_uneven_steps_alone():
     time = table["time"].to_numpy()[keep]
     motion = Motion(time, np.deg2rad(table[list(ANGLE_NAMES)].to_numpy())[keep])
     np.testing.assert_allclose(smoothed(motion).angles_rad, motion.angles_rad, atol=np.deg2rad(0.3))
+
+
+def test_trial_is_smoothed_once_for_all_who_ask(tmp_path, monkeypatch):
+    trial, _ = read_trial(write_csv(elevation(), tmp_path / "a_r1.csv"), TrialEntry())
+    runs = []
+    monkeypatch.setattr(case, "smoothed", lambda motion: runs.append(motion) or motion)
+    times, angles = trial.moved(21)
+    assert (times[0], times[-1]) == trial.window_s
+    assert angles.shape == (21, 10)
+    trial.moved(101)
+    assert len(runs) == 1
 
 
 def test_window_of_the_participant_file_wins(tmp_path):

@@ -1,7 +1,10 @@
 """Straight paths are exact, and the polynomial fit finds what is in the samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from skeleton import joint, muscle, skeleton_record
 
 from scapulohumeral.errors import ConfigError, ModelError
 from scapulohumeral.model.muscle_paths import fit as muscle_fit
@@ -12,13 +15,14 @@ from scapulohumeral.model.rotations import quaternion_to_matrix, rotation_vector
 
 pytestmark = pytest.mark.unit
 
-RECORD = {
-    "joints": {
-        "sc1": {"location_m": [0.02, 0.01, 0.03]},
-        "ac1": {"location_m": [0.16, -0.02, 0.01]},
-        "gh1": {"location_m": [-0.01, -0.05, 0.02]},
-    }
-}
+RECORD = replace(
+    skeleton_record(),
+    joints={
+        "sc1": joint([0.02, 0.01, 0.03]),
+        "ac1": joint([0.16, -0.02, 0.01]),
+        "gh1": joint([-0.01, -0.05, 0.02]),
+    },
+)
 STRAIGHT_PAIRS = [
     ("thorax", "clavicle_r"),
     ("thorax", "scapula_r"),
@@ -33,19 +37,16 @@ def random_poses(count, seed=1):
     return np.hstack([*joints, rng.uniform(0, 2, (count, 1))])
 
 
-def muscle(first, second, wraps=()):
-    points = [
-        {"body": first, "location_m": [0.03, -0.1, 0.05]},
-        {"body": second, "location_m": [-0.02, 0.04, 0.01]},
-    ]
-    return {"name": "example", "points": points, "wraps": list(wraps)}
+def example_muscle(first, second, wraps=()):
+    ends = (first, [0.03, -0.1, 0.05]), (second, [-0.02, 0.04, 0.01])
+    return muscle("example", *ends, wraps=wraps)
 
 
 def path_length(record, poses, example):
     frames = segment_frames(record, poses)
     ends = [
-        frames[point["body"]][0] + frames[point["body"]][1] @ np.array(point["location_m"])
-        for point in example["points"]
+        frames[point.body][0] + frames[point.body][1] @ np.array(point.location_m)
+        for point in example.points
     ]
     return np.linalg.norm(ends[0] - ends[1], axis=1)
 
@@ -59,7 +60,7 @@ def rotation_features(poses):
 
 @pytest.mark.parametrize("bodies", STRAIGHT_PAIRS)
 def test_straight_length_is_the_distance_of_the_attachments(bodies):
-    poses, example = random_poses(30), muscle(*bodies)
+    poses, example = random_poses(30), example_muscle(*bodies)
     squared, _ = muscle_geometry.straight_coefficients(RECORD, example)
     expected = path_length(RECORD, poses, example) ** 2
     np.testing.assert_allclose(rotation_features(poses) @ squared, expected, rtol=1e-12)
@@ -67,16 +68,16 @@ def test_straight_length_is_the_distance_of_the_attachments(bodies):
 
 @pytest.mark.parametrize("bodies", STRAIGHT_PAIRS)
 def test_straight_pull_on_the_humeral_head_is_the_change_of_length(bodies):
-    poses, example, h = random_poses(30), muscle(*bodies), 1e-6
+    poses, example, h = random_poses(30), example_muscle(*bodies), 1e-6
     _, arms = muscle_geometry.straight_coefficients(RECORD, example)
     actual = rotation_features(poses) @ arms.T / path_length(RECORD, poses, example)[:, None]
     for axis in range(3):
         lengths = []
         for sign in (1.0, -1.0):
-            location = np.array(RECORD["joints"]["gh1"]["location_m"])
+            location = np.array(RECORD.joints["gh1"].location_m)
             location[axis] += sign * h
-            joints = {**RECORD["joints"], "gh1": {"location_m": location.tolist()}}
-            lengths.append(path_length({"joints": joints}, poses, example))
+            joints = {**RECORD.joints, "gh1": joint(location)}
+            lengths.append(path_length(replace(RECORD, joints=joints), poses, example))
         expected = (lengths[0] - lengths[1]) / (2 * h)
         np.testing.assert_allclose(actual[:, axis], expected, atol=1e-9)
 
@@ -86,12 +87,12 @@ def test_straight_pull_on_the_humeral_head_is_the_change_of_length(bodies):
 )
 def test_straight_path_without_exact_form_is_refused(bodies):
     with pytest.raises(ModelError, match=f"example.*{bodies[0]} to {bodies[1]}"):
-        muscle_geometry.straight_coefficients(RECORD, muscle(*bodies))
+        muscle_geometry.straight_coefficients(RECORD, example_muscle(*bodies))
 
 
 def test_crossed_joints_lie_between_the_bodies():
-    assert muscle_geometry.crossed_joints(muscle("thorax", "scapula_r")) == ("SC", "AC")
-    assert muscle_geometry.crossed_joints(muscle("ulna_r", "scapula_r")) == ("GH", "EL")
+    assert muscle_geometry.crossed_joints(example_muscle("thorax", "scapula_r")) == ("SC", "AC")
+    assert muscle_geometry.crossed_joints(example_muscle("ulna_r", "scapula_r")) == ("GH", "EL")
 
 
 def test_candidates_are_distinct_with_the_constant_first():
@@ -126,7 +127,7 @@ def quartic(variables):
     return length, gradient
 
 
-WRAPPED = {"muscles": [muscle("scapula_r", "humerus_r", wraps=["head"])], **RECORD}
+WRAPPED = replace(RECORD, muscles=(example_muscle("scapula_r", "humerus_r", ("head",)),))
 VARIABLES = np.random.default_rng(2).uniform(-0.6, 0.8, (400, 10))
 
 
@@ -167,7 +168,7 @@ def test_short_paths_from_thorax_to_scapula_are_fitted_by_their_square():
     gradient = np.zeros((len(length), 10))
     gradient[:, :3] = 0.1 * offset * [1.0, 2.0, 0.5] / length[:, None]
     samples = make_samples(length, gradient, VARIABLES)
-    record = {**RECORD, "muscles": [muscle("thorax", "scapula_r", wraps=["ribs"])]}
+    record = replace(RECORD, muscles=(example_muscle("thorax", "scapula_r", ("ribs",)),))
     geometry = muscle_fit.fit_geometry(record, samples, FitSettings(1e-9, 1e-9)).geometry
     assert geometry.squared.tolist() == [True]
     values = muscle_fit.monomial_values(geometry.exponents, VARIABLES)
@@ -198,7 +199,7 @@ def test_muscles_of_a_group_share_terms_and_take_only_what_they_need():
         for name in ("length", "length_gradient", "translation", "smooth")
     }
     samples = FitSamples(variables=VARIABLES, rate_map=first.rate_map, **both)
-    record = {**WRAPPED, "muscles": WRAPPED["muscles"] * 2}
+    record = replace(WRAPPED, muscles=WRAPPED.muscles * 2)
     geometry = muscle_fit.fit_geometry(record, samples, FitSettings(1e-9, 1e-9)).geometry
     counts = np.count_nonzero(np.abs(geometry.length) > 1e-8, axis=1)
     assert counts.tolist() == [4, 2]

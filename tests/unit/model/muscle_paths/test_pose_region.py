@@ -1,9 +1,10 @@
 """Poses are drawn within the margin, repeatably, and outside the thorax."""
 
-import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from skeleton import joint, muscle, skeleton_record, surface
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_angles, draw_poses
@@ -23,31 +24,20 @@ pytestmark = pytest.mark.unit
 
 IDENTITY = np.tile([1.0, 0.0, 0.0, 0.0], 3)
 REST = np.append(IDENTITY, 0.5)[None]
-RECORD = {
-    "joints": {
-        "sc1": {"location_m": [0.02, 0.0, 0.0]},
-        "ac1": {"location_m": [0.16, 0.0, 0.0]},
-        "gh1": {"location_m": [0.0, -0.05, 0.0]},
+ORIGIN = ("thorax", [0.0, -0.1, 0.05])
+RECORD = replace(
+    skeleton_record(),
+    joints={
+        "sc1": joint([0.02, 0.0, 0.0]),
+        "ac1": joint([0.16, 0.0, 0.0]),
+        "gh1": joint([0.0, -0.05, 0.0]),
     },
-    "wrap_objects": [
-        {
-            "name": "wall",
-            "body": "thorax",
-            "translation_m": [0.0, -0.1, 0.05],
-            "dimensions_m": [0.1, 0.2, 0.1],
-        }
-    ],
-    "muscles": [
-        {
-            "wraps": ["wall"],
-            "points": [
-                {"body": "thorax", "location_m": [0.0, -0.1, 0.05]},
-                {"body": "scapula_r", "location_m": [0.02, -0.1, 0.05]},
-            ],
-        },
-        {"wraps": [], "points": [{"body": "scapula_r", "location_m": [-0.18, -0.1, 0.05]}]},
-    ],
-}
+    wrap_objects=(surface("wall", "ellipsoid", "thorax", [0.0, -0.1, 0.05], 0.1, 0.2, 0.1),),
+    muscles=(
+        muscle("wrapping", ORIGIN, ("scapula_r", [0.02, -0.1, 0.05]), wraps=("wall",)),
+        muscle("free", ("scapula_r", [-0.18, -0.1, 0.05])),
+    ),
+)
 
 
 def test_turns_stay_within_the_margin_and_use_it():
@@ -148,8 +138,8 @@ def test_level_counts_moving_attachments_of_wrapping_muscles_only():
 def test_attachment_inside_the_thorax_is_not_clear():
     inside = REST.copy()
     inside[0, :4] = rotation_vector_to_quaternion([0.0, np.pi, 0.0])  # clavicle to the left
-    record = copy.deepcopy(RECORD)
-    record["muscles"][0]["points"][1]["location_m"] = [-0.14, -0.1, -0.05]
+    deep = muscle("wrapping", ORIGIN, ("scapula_r", [-0.14, -0.1, -0.05]), wraps=("wall",))
+    record = replace(RECORD, muscles=(deep,))
     # In thorax axes at 0.02 - (0.16 - 0.14) = 0: the centre of the ellipsoid.
     assert attachment_levels(record, inside)["wall"][0] == pytest.approx(-1.0)
     assert is_clear(record, inside).tolist() == [False]

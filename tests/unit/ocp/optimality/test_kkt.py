@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy import sparse
 from small_arm import (
-    STEP,
     small_forces,
     small_motion,
     small_muscles,
     small_objective,
     small_parameters,
 )
+from small_problem import cold_guess
 
 from scapulohumeral.dynamics.parameters import scalar_names
 from scapulohumeral.errors import ConfigError, SolveError
@@ -27,7 +27,6 @@ from scapulohumeral.ocp.optimality.sensitivity import (
     variant,
 )
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
@@ -83,9 +82,7 @@ def variant_of(equations, make):
 @pytest.fixture(scope="module")
 def cold(make):
     problem = make()
-    c = problem.collocation
-    guess = initial_guess.from_motion(c.forces, c.muscles, c.parameters, small_motion(NODES), STEP)
-    return Start(problem.layout.join(guess))
+    return Start(problem.layout.join(cold_guess(problem, NODES)))
 
 
 def solved(make, start, theta=NOMINAL, settings=PRECISE):

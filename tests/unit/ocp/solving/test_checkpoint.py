@@ -7,17 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from small_arm import (
-    STEP,
     small_forces,
-    small_motion,
     small_muscles,
     small_objective,
     small_parameters,
 )
+from small_problem import cold_guess
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solving import checkpoint, initial_guess
+from scapulohumeral.ocp.solving import checkpoint
 from scapulohumeral.ocp.solving.checkpoint import ITERATE, Checkpoint, Iterate, content_hash
 from scapulohumeral.ocp.solving.coarse_to_fine import solve_coarse_to_fine
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start
@@ -56,7 +55,6 @@ def solve(quaternion_equations, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "INTERVAL_S", 0.0)
     objective = small_objective("quaternion", NODES, 0.0)
     parts = small_forces(quaternion_equations), small_muscles(), small_parameters()
-    guess = initial_guess.from_motion(*parts, small_motion(NODES), STEP)
 
     def solve(end=None):
         def family(nodes, hessian):
@@ -65,7 +63,8 @@ def solve(quaternion_equations, tmp_path, monkeypatch):
             problem.end = end
             return problem
 
-        start = Start(family(NODES, "exact").layout.join(guess))
+        problem = family(NODES, "exact")
+        start = Start(problem.layout.join(cold_guess(problem, NODES)))
         place = Checkpoint(tmp_path / "place")
         return solve_coarse_to_fine(family, NODES, start, SETTINGS, None, place)
 

@@ -6,16 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from small_arm import (
-    STEP,
-    small_forces,
-    small_motion,
-    small_muscles,
     small_objective,
-    small_parameters,
 )
+from small_problem import cold_guess, small_problem
 
-from scapulohumeral.ocp.problem import Problem
-from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
 from scapulohumeral.ocp.solving.mesh_transfer import transfer
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
@@ -30,10 +24,9 @@ SETTINGS = SolverSettings(tolerance=1e-8, coarse=(5, 9))
 def family(equations):
     """Problems of one movement by number of nodes and Hessian mode."""
     objective = small_objective(equations.name, NODES, 0.0)
-    forces, muscles, parameters = small_forces(equations), small_muscles(), small_parameters()
 
     def family(nodes, hessian):
-        return Problem(forces, muscles, parameters, objective.on_nodes(nodes), hessian)
+        return small_problem(equations, objective.on_nodes(nodes), hessian)
 
     return family
 
@@ -41,14 +34,7 @@ def family(equations):
 @pytest.fixture
 def start(family):
     problem = family(NODES, "gauss-newton")
-    guess = initial_guess.from_motion(
-        problem.collocation.forces,
-        problem.collocation.muscles,
-        problem.collocation.parameters,
-        small_motion(NODES),
-        STEP,
-    )
-    return Start(problem.layout.join(guess))
+    return Start(problem.layout.join(cold_guess(problem, NODES)))
 
 
 def test_meshes_are_a_quarter_and_a_half_unless_that_is_too_few():

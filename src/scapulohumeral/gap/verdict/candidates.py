@@ -7,19 +7,21 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from scapulohumeral.gap.isolation.channel_gains import freed_of_prior
-from scapulohumeral.gap.isolation.doubts import _on_bound, _share_left
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.isolation.posterior import Posterior
 from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (
     Amplitude,
     Candidate,
     EffectClass,
     Entered,
 )
+from scapulohumeral.gap.verdict.posterior import Posterior
 
 # Effects and places that a hint names.
 PLACES = 2
+# Internal parameters as near to a bound as this lie on it.
+AT_BOUND = 1e-6
 
 
 def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
@@ -63,14 +65,16 @@ def candidates(
     found: Posterior,
     groups: Sequence[Sequence[str]],
     agreement: Mapping[str, float | None],
-    reducible: tuple[float, float],
+    residual: Residual,
+    least: float,
     temperature: float,
 ) -> tuple[Candidate, ...]:
     """All hypotheses as candidates, the most probable first.
 
-    `reducible` are sums of squares of the whitened difference, and of what no smooth cause explains
-    of it.
+    `residual` is the difference if the movement was the same, `least` the sum of squares that no
+    smooth cause explains of it, whitened.
     """
+    whole = _squares(residual, residual.delta)
     home = {label: i + 1 for i, group in enumerate(groups) for label in group}
     rows = [
         Candidate(
@@ -78,7 +82,9 @@ def candidates(
             level=_level(f.label, groups),
             p=found.labels[f.label],
             class_id=home.get(f.label),
-            unexplained_share=_share_left(f.left, *reducible),
+            unexplained_share=_share_left(
+                _squares(residual, residual.delta - f.predicted), whole, least
+            ),
             task_agreement_p=agreement.get(f.label),
             parameters=amplitudes(f, temperature),
         )
@@ -115,3 +121,23 @@ def effect_classes(
             )
         rows.append(EffectClass(i + 1, tuple(group), float(sum(p)), max(p) / sum(p), text))
     return tuple(rows)
+
+
+def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:
+    """Which internal parameters (P,) lie on bounds that data run into.
+
+    The value at which an effect is absent is none.
+    """
+    ends = np.array(fitted.hypothesis.bounds)
+    near = AT_BOUND + 1e-3 * (ends[1] - ends[0])
+    return ((np.abs(values - ends) < near) & (np.abs(ends) > near)).any(axis=0)
+
+
+def _squares(residual: Residual, vector: np.ndarray) -> float:
+    """Sum of squares of a difference (D,), whitened."""
+    white = residual.whiten(vector)
+    return float(white @ white)
+
+
+def _share_left(left: float, whole: float, least: float) -> float:
+    return max(left - least, 0.0) / max(whole - least, 1e-9)

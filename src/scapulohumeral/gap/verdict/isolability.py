@@ -10,9 +10,9 @@ from scipy.stats import norm
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.isolation.posterior import Posterior
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import NextTrial
+from scapulohumeral.gap.verdict.posterior import Posterior
 
 
 def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import norm
 
-from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (
     Detectable,
@@ -20,19 +20,23 @@ DETECTION_ERROR = 0.05
 
 
 def smallest_detectable(
-    fits: Sequence[Fit], residual: Residual, families: int
+    effects: Sequence[Hypothesis], residual: Residual, families: int
 ) -> tuple[Detectable, ...]:
-    """Primary amplitudes that a test of each effect would find with power 0.8."""
+    """Primary amplitudes that a test of each effect would find with power 0.8.
+
+    Parameters
+    ----------
+    effects : of a person who keeps the movement and pays with effort: who yields is found sooner
+    residual : what is compared; families : that are tested
+    """
     needed = norm.isf(DETECTION_ERROR / (2.0 * families)) + norm.ppf(POWER)
     rows = []
-    for f in fits:
-        if len(f.hypothesis.effects) > 1:
-            continue
-        param = f.hypothesis.effects[0].params[0]
-        size = float(np.linalg.norm(residual.whiten(f.hypothesis.slope[:, 0])))
+    for one in effects:
+        param = one.effects[0].params[0]
+        size = float(np.linalg.norm(residual.whiten(one.slope[:, 0])))
         low, high = param.bounds
         internal = needed / max(size, 1e-12) * (1.0 if high > 0.0 else -1.0)
         if low <= internal <= high:
             value = param.physical(float(internal))
-            rows.append(Detectable(f.label, param.name, value, param.unit, POWER))
+            rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
     return tuple(rows)

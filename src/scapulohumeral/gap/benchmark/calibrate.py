@@ -1,0 +1,234 @@
+"""Weights of evidence, fitted to cases whose keys are open.
+
+Every answer keeps what its probabilities were made of (``curves/hypotheses.csv``). With other
+weights the same evidence gives other probabilities: those are taken that give the truth the largest
+mean log probability. How good they are on cases that they were not fitted to is told by leaving out
+one draw at a time, or one fifth of the cases of a single draw.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import expit, logit
+
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
+from scapulohumeral.gap.benchmark.scored_case import ScoredCase
+from scapulohumeral.gap.curve_files import read_table
+from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
+from scapulohumeral.gap.verdict.posterior import Posterior, Score, no_gap_range, posterior
+from scapulohumeral.gap.weighing import SCHEMA, Weighing
+
+# Fitted by the log score; the others are shares of cases.
+FITTED = ("evidence", "held_out", "unknown", "misled")
+# Beyond these, all evidence or none would count: no number of cases speaks for that.
+LEAST, MOST = 0.01, 0.99
+FOLDS = 5
+BINS = 5
+# Probability below which a truth counts no less: one case must not decide alone.
+FLOOR = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class OpenCase:
+    """An answered case whose truth is known.
+
+    Attributes
+    ----------
+    draw : that it belongs to
+    truth : label of the effect, "none" for one outside of the library, "no_gap"
+    shown : whether it shows; else "no_gap" is right as well
+    present, referenced, told : of the answer: whether there is a gap; whether there were reference
+        trials; whether EMG or joint force was compared
+    scores : by label
+    """
+
+    draw: str
+    truth: str
+    shown: bool
+    present: bool
+    referenced: bool
+    told: bool
+    scores: Mapping[str, Score]
+
+    def probabilities(self, weighing: Weighing) -> Posterior:
+        """Probabilities of all labels with some weights."""
+        silent = no_gap_range(self.present, self.referenced, self.told, weighing)
+        return posterior(self.scores, weighing, silent)
+
+    def p_truth(self, weighing: Weighing) -> float:
+        """Probability of what is true."""
+        found = self.probabilities(weighing)
+        p = {NONE: found.none, NO_GAP: found.no_gap}.get(self.truth)
+        if p is None:
+            right = [x for label, x in found.labels.items() if matches(label, self.truth)]
+            p = sum(right) + (0.0 if self.shown else found.no_gap)
+        return p
+
+
+def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
+    """Cases of opened draws.
+
+    Parameters
+    ----------
+    draws : name -> folders `cases`, `answers`, `keys` and the file `published`
+
+    Raises
+    ------
+    DataError                        a file is missing or does not fit its hash, or no case counts
+    """
+    found = []
+    for name, places in draws.items():
+        files = BlindFiles(*(Path(places[key]) for key in ("cases", "published", "answers")))
+        found += [
+            _open_case(name, case)
+            for case in opened_cases(files, Path(places["keys"]))
+            if case.verdict_or_abstained is not None and case.status != "pair"
+        ]
+    if not found:
+        raise DataError(f"{', '.join(draws)}: no answered case; answer and score a draw first.")
+    return found
+
+
+def _open_case(draw: str, case: ScoredCase) -> OpenCase:
+    answer = case.verdict_or_abstained
+    assert answer is not None
+    table = read_table(case.answer_folder, "hypotheses")
+    scores = {
+        str(row["label"]): Score(
+            row["log_prior"],
+            row["log_evidence"],
+            None if np.isnan(row["log_predictive"]) else row["log_predictive"],
+        )
+        for row in table.to_dict("records")
+    }
+    truths = {"null": NO_GAP, "unknown": NONE}
+    channels = answer["inputs"]["channels"]
+    return OpenCase(
+        draw=draw,
+        truth=truths.get(case.status) or case.truth[0],
+        shown=case.status != "hidden",
+        present=bool(answer["gap"]["present"]),
+        referenced=answer["mode"] == "reference",
+        told=bool(channels["emg"] or channels["contact_force"]),
+        scores=scores,
+    )
+
+
+def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
+    """Weights with the largest mean log probability of the truth, from some to begin with."""
+    gaps = [case for case in cases if case.present]
+
+    def weights(x: np.ndarray) -> Weighing:
+        values = np.clip(expit(x), LEAST, MOST)
+        return replace(start, **dict(zip(FITTED, values.tolist(), strict=True)))
+
+    found = start
+    if gaps:
+        first = logit(np.clip([getattr(start, name) for name in FITTED], LEAST, MOST))
+
+        def loss(x: np.ndarray) -> float:
+            return -log_score(gaps, weights(x))
+
+        options: Any = {"maxiter": 400, "xatol": 0.02, "fatol": 1e-4}
+        solved = minimize(loss, first, method="Nelder-Mead", options=options)
+        found = weights(solved.x)
+    return replace(found, **_silences(cases))
+
+
+def _silences(cases: Sequence[OpenCase]) -> dict[str, float]:
+    """Share of answers without a gap that were right; a right and a wrong one are added."""
+    kinds: dict[str, Callable[[OpenCase], bool]] = {
+        "silent": lambda case: case.referenced and case.told,
+        "silent_motion": lambda case: case.referenced and not case.told,
+        "silent_alone": lambda case: not case.referenced,
+    }
+    found = {}
+    for name, of_kind in kinds.items():
+        right = [
+            case.truth == NO_GAP or not case.shown
+            for case in cases
+            if not case.present and of_kind(case)
+        ]
+        found[name] = (sum(right) + 1.0) / (len(right) + 2.0)
+    return found
+
+
+def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:
+    """Mean log probability of the truth."""
+    return float(np.mean([np.log(max(case.p_truth(weighing), FLOOR)) for case in cases]))
+
+
+def left_out(cases: Sequence[OpenCase], start: Weighing) -> list[tuple[OpenCase, Weighing]]:
+    """Each case with weights that were fitted without its draw, or its fifth of a single draw."""
+    draws = [case.draw for case in cases]
+    groups: list[Any] = draws
+    if len(set(draws)) < 2:
+        groups = [i % FOLDS for i in range(len(cases))]
+    found = []
+    for group in dict.fromkeys(groups):
+        rest = [case for case, own in zip(cases, groups, strict=True) if own != group]
+        weighing = fitted(rest, start) if rest else start
+        found += [(case, weighing) for case, own in zip(cases, groups, strict=True) if own == group]
+    return found
+
+
+def reliability(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[dict[str, float]]:
+    """Mean probability of the first family and how often it was right, in bins of equal count."""
+    pairs = []
+    for case, weighing in judged:
+        p = case.probabilities(weighing)
+        total: dict[str, float] = {NONE: p.none, NO_GAP: p.no_gap}
+        for label, value in p.labels.items():
+            total[family(label)] = total.get(family(label), 0.0) + value
+        first = max(total, key=lambda name: total[name])
+        right = first == (case.truth if case.truth in (NONE, NO_GAP) else family(case.truth))
+        pairs.append((total[first], right or (first == NO_GAP and not case.shown)))
+    parts = np.array_split(np.array(sorted(pairs), dtype=float), min(BINS, len(pairs)))
+    return [
+        {
+            "p": round(float(b[:, 0].mean()), 4),
+            "right": round(float(b[:, 1].mean()), 4),
+            "n": len(b),
+        }
+        for b in parts
+    ]
+
+
+def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path) -> Weighing:
+    """Fit weights to opened draws and write them, with how good they are on cases left out.
+
+    Parameters
+    ----------
+    draws : as for :func:`read_open_cases`
+    start : weights in use, with which the new ones are compared
+    out : file to write, see `weighing.read_weighing`
+    """
+    cases = read_open_cases(draws)
+    judged = left_out(cases, start)
+    found = fitted(cases, start)
+    bins = reliability(judged)
+    error = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins) / len(judged)
+    scores = [np.log(max(case.p_truth(weighing), FLOOR)) for case, weighing in judged]
+    document = {
+        "schema": SCHEMA,
+        "weights": {f.name: round(getattr(found, f.name), 4) for f in fields(Weighing)},
+        "cases": {name: sum(case.draw == name for case in cases) for name in draws},
+        "left_out": {
+            "by": "draw" if len(draws) > 1 else "fifth",
+            "log_score": round(float(np.mean(scores)), 4),
+            "log_score_with_weights_before": round(log_score(cases, start), 4),
+            "calibration_error": round(float(error), 4),
+            "reliability": bins,
+        },
+        "before": asdict(start),
+    }
+    out.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    return found

@@ -1,0 +1,135 @@
+"""What diagnoses said of cases whose cause is known from elsewhere, as one table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from scapulohumeral.configuration.real_cases import RealCases
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.benchmark.metrics import probabilities
+from scapulohumeral.gap.labels import NO_GAP, NONE, matches
+from scapulohumeral.gap.result import read_result
+
+COLUMNS = (
+    "case",
+    "kind",
+    "known",
+    "source",
+    "truth",
+    "status",
+    "present",
+    "p_value",
+    "first",
+    "first_p",
+    "right",
+    "in_set90",
+    "set_size",
+    "truth_p",
+    "none_p",
+    "no_gap_p",
+    "unexplained",
+    "held_out",
+    "status_reason",
+    "said",
+    "seconds",
+)
+# Between labels of a cell, of which one is right, and between sentences.
+OR, AND = " or ", " | "
+
+
+def case_table(
+    cases: RealCases, names: Sequence[str], results: Sequence[Path], times: Sequence[Path]
+) -> pd.DataFrame:
+    """One row per case, `COLUMNS`.
+
+    Parameters
+    ----------
+    cases : what is known; names : cases to show
+    results : ``result.json`` of each; times : Snakemake's benchmark of each
+
+    Raises
+    ------
+    DataError                        a file is missing, or is no answer
+    """
+    rows = []
+    for name, result, spent in zip(names, results, times, strict=True):
+        case = cases.cases[name]
+        source = cases.people[case.person].source
+        about = {"case": name, "kind": case.kind, "known": case.known, "source": source}
+        row = {**about, **judged(read_result(result), case.truth), "seconds": _seconds(spent)}
+        rows.append(row)
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
+    """What an answer says, and whether it is right.
+
+    Parameters
+    ----------
+    answer : ``result.json``
+    truth : labels of which one is right; none if no effect of the library is
+
+    Returns
+    -------
+    dict     columns from `truth` to `said`. `first`, the most probable answer, may be "none" or
+             "no_gap"; `truth_p` adds up the probabilities of right labels; `held_out` is the share
+             of the gap that the first cause removes on a task that was not fitted, else on trials
+    """
+    right = truth or [NONE]
+    row: dict[str, Any] = {
+        "truth": OR.join(right),
+        "status": answer["status"],
+        "status_reason": answer["status_reason"],
+        "said": AND.join(_said(answer)),
+    }
+    if answer["status"] == "failed":
+        return row
+    p = probabilities(answer)
+    first = max(p, key=lambda label: p[label])
+    unexplained = {c["label"]: c["unexplained_share"] for c in answer["candidates"]}
+    return row | {
+        "present": answer["gap"]["present"],
+        "p_value": answer["gap"]["p_value"],
+        "first": first,
+        "first_p": p[first],
+        "right": _is_one_of(first, right),
+        "in_set90": any(_is_one_of(label, right) for label in answer["set90"]),
+        "set_size": len(answer["set90"]),
+        "truth_p": sum(value for label, value in p.items() if _is_one_of(label, right)),
+        "none_p": p[NONE],
+        "no_gap_p": p[NO_GAP],
+        "unexplained": unexplained.get(first),
+        "held_out": _held_out(answer["shrinkage"]),
+    }
+
+
+def _is_one_of(label: str, truth: Sequence[str]) -> bool:
+    return any(matches(label, one) for one in truth)
+
+
+def _held_out(shrinkage: Mapping[str, Any] | None) -> float | None:
+    shares = [(shrinkage or {}).get(key) for key in ("new_task", "held_out_trial")]
+    return next((share["value"] for share in shares if share), None)
+
+
+def _said(answer: Mapping[str, Any]) -> Iterator[str]:
+    """What it said that it could not tell."""
+    if answer["hint"]:
+        yield answer["hint"]
+    yield from (entry["text"] for entry in answer["classes"] if len(entry["labels"]) > 1)
+    if answer["next_trial"]:
+        splits = ", ".join(answer["next_trial"]["splits"])
+        yield f"{splits}: told apart best by {answer['next_trial']['task']}"
+    yield from answer["warnings"]
+
+
+def _seconds(path: Path) -> float:
+    try:
+        return float(json.loads(path.read_text(encoding="utf-8").splitlines()[-1])["s"])
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        raise DataError(f"{path}: {error}. Run the diagnosis again.") from error

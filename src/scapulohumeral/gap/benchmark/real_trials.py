@@ -1,0 +1,95 @@
+"""Where the trials of cases of known cause lie, and what they are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scapulohumeral.configuration.real_cases import Converted, Measured, RealCases, Simulated
+from scapulohumeral.errors import ConfigError
+
+NOWHERE = "none"
+
+
+@dataclass(frozen=True)
+class RealTrials:
+    """Files of the cases.
+
+    Attributes
+    ----------
+    cases : what there is; file : where that stands
+    recordings : folder of the recordings, or "none"
+    made : folder of the trials that are made from them
+    """
+
+    cases: RealCases
+    file: Path
+    recordings: str
+    made: Path
+
+    def recorded(self, person: str) -> Path:
+        """Folder of the recordings of a person.
+
+        Raises
+        ------
+        ConfigError                  it is not there
+        """
+        people: dict[str, Converted | Measured] = {**self.cases.converted, **self.cases.measured}
+        name = people[person].folder
+        folder = Path(self.recordings) / name
+        if self.recordings == NOWHERE or not folder.is_dir():
+            raise ConfigError(
+                f"recordings: '{self.recordings}'; expected a folder with {name}, which no checkout"
+                f" holds (source: {self.file}). Write --config recordings=FOLDER, or make real "
+                "RECORDINGS=FOLDER."
+            )
+        return folder
+
+    def markers(self, person: str) -> dict[str, list[str] | str]:
+        """Recordings of markers of a person, and their map, by name of the input of a rule."""
+        about = self.cases.converted[person]
+        files = _files(self.recorded(person), about.files)
+        return {"recordings": files, "map": about.map}
+
+    def participant(self, person: str) -> str:
+        """Participant file of a person."""
+        if person in self.cases.converted:
+            return str(self.made / person / "participant.yaml")
+        people: dict[str, Measured | Simulated] = {**self.cases.measured, **self.cases.simulated}
+        return people[person].participant
+
+    def inputs(self, case: str) -> dict[str, list[str] | str]:
+        """What a case is made from, by name of the input of a rule.
+
+        Raises
+        ------
+        ConfigError                  no recording fits a pattern
+        """
+        about = self.cases.cases[case]
+        patterns = (*about.test, *about.reference)
+        inputs: dict[str, list[str] | str] = {"participant": self.participant(about.person)}
+        if about.person in self.cases.measured:
+            folder = self.recorded(about.person)
+            inputs["trials"] = [file for pattern in patterns for file in _files(folder, pattern)]
+        elif about.person in self.cases.simulated:
+            folder = self.made / about.person
+            motions = dict.fromkeys(Path(pattern).parts[0] for pattern in patterns)
+            inputs["trials"] = [str(folder / motion) for motion in motions]
+        return inputs
+
+    def patterns(self, case: str) -> dict[str, list[str]]:
+        """Files of both sides of a case as patterns for the shell: "test" and "reference"."""
+        about = self.cases.cases[case]
+        measured = about.person in self.cases.measured
+        folder = self.recorded(about.person) if measured else self.made / about.person
+        sides = {"test": about.test, "reference": about.reference}
+        return {side: [str(folder / name) for name in names] for side, names in sides.items()}
+
+
+def _files(folder: Path, pattern: str) -> list[str]:
+    found = sorted(str(path) for path in folder.glob(pattern))
+    if not found:
+        raise ConfigError(
+            f"{folder}: no file {pattern}. Name the folder of recordings as it was published."
+        )
+    return found

@@ -1,0 +1,94 @@
+"""Whether test and reference trials might change places: a test that needs no model of the noise.
+
+Repeats of real people scatter with heavy tails, and few repeats do not tell how much. If a
+difference between sides is no larger than between other halves of the same trials, it is no gap,
+whatever the simulated thresholds say. The other way round it is not enough: trials of two sessions
+differ without a cause (Good 2005, Permutation, Parametric and Bootstrap Tests of Hypotheses).
+
+Letters: D coefficients, T tasks, L trials of a task on both sides, P arrangements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, product
+from math import comb, prod
+
+import numpy as np
+
+from scapulohumeral.gap.detection.presence import Presence
+from scapulohumeral.gap.recording.observables import difference
+from scapulohumeral.gap.residual.differences import Records
+from scapulohumeral.gap.residual.residual import Residual
+
+ARRANGEMENTS = 2000
+# Sums of squares that differ by less than this share are the same.
+ALIKE = 1e-9
+
+
+def exchangeable(
+    found: Presence, records: Records, residual: Residual, alpha: float, seed: int
+) -> Presence:
+    """A finding that stands only if other arrangements of the same trials differ less.
+
+    Left as it is where so few trials cannot contradict it: without reference trials, or if even
+    the most extreme arrangement would be no rarer than `alpha`.
+
+    Parameters
+    ----------
+    found : by thresholds simulated from the noise
+    records : trials of both sides
+    residual : mean difference and its covariance
+    alpha : false alarms allowed; seed : of arrangements, where there are too many for all
+    """
+    if not (found.present and records.reference):
+        return found
+    lengths = _lengths(records, residual, seed)
+    same = lengths > (1.0 - ALIKE) * lengths.max()
+    if float(np.mean(same)) > alpha:
+        return found
+    p_value = float(np.mean(lengths > (1.0 - ALIKE) * lengths[0]))
+    if p_value > alpha:
+        threshold = float(np.quantile(lengths, 1.0 - alpha))
+        return Presence(False, p_value, "permutation", float(lengths[0]), threshold)
+    return Presence(
+        True, max(p_value, found.p_value), found.statistic, found.value, found.threshold
+    )
+
+
+def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:
+    """Whitened lengths (P,) of the mean differences of all arrangements, the recorded one first."""
+    columns, picks = [], []
+    for task in residual.tasks:
+        trials = [*records.test[task], *records.reference[task]]
+        curves = np.stack([difference(one, records.anchors[task]) for one in trials])
+        coefficients = residual.compress([curves])
+        whole = np.zeros((len(residual.delta), len(trials)))
+        whole[residual.rows([task])] = coefficients
+        columns.append(residual.whiten(whole))
+        picks.append((len(trials), len(records.test[task])))
+    signs = [_signs(len_, count) for len_, count in picks]
+    return np.array(
+        [
+            np.linalg.norm(sum(c @ s[i] for c, s, i in zip(columns, signs, which, strict=True)))
+            for which in _arrangements(picks, seed)
+        ]
+    )
+
+
+def _signs(trials: int, tests: int) -> np.ndarray:
+    """Weights (C, L) of the trials in a mean difference, for each choice of the test trials."""
+    rows = np.full((comb(trials, tests), trials), -1.0 / (trials - tests))
+    for row, chosen in zip(rows, combinations(range(trials), tests), strict=True):
+        row[list(chosen)] = 1.0 / tests
+    return rows
+
+
+def _arrangements(picks: Sequence[tuple[int, int]], seed: int) -> list[tuple[int, ...]]:
+    """Choices of each task's test trials, all or a sample; the recorded one is the first."""
+    counts = [comb(*pick) for pick in picks]
+    if prod(counts) <= ARRANGEMENTS:
+        return list(product(*(range(count) for count in counts)))
+    rng = np.random.default_rng(seed)
+    drawn = np.stack([rng.integers(count, size=ARRANGEMENTS - 1) for count in counts], axis=1)
+    return [(0,) * len(counts), *map(tuple, drawn.tolist())]

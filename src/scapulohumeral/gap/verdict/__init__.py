@@ -1,0 +1,1 @@
+"""From fitted hypotheses to an answer: probabilities, classes, amplitudes, what would be seen."""

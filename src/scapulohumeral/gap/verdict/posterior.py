@@ -1,0 +1,126 @@
+"""From evidence to probabilities, and the credible set.
+
+Probabilities hold if the cause is in the library, and as far as their weights are calibrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp, softmax
+
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
+from scapulohumeral.gap.weighing import Weighing
+
+COVERAGE = 0.9
+# With a gap above the noise, "no gap" is at most as probable.
+UNDECIDED = 0.5
+# A cause that removes nothing of the gap where it was not fitted, or about which tasks disagree, is
+# at most as probable as not.
+UNPROVEN = 0.5
+
+
+@dataclass(frozen=True)
+class Score:
+    """What is known of one answer.
+
+    Attributes
+    ----------
+    log_prior : before any data
+    log_evidence : of the whole difference
+    log_predictive : of each task given the others; None with one task
+    """
+
+    log_prior: float
+    log_evidence: float
+    log_predictive: float | None
+
+    def log_weight(self, weighing: Weighing) -> float:
+        """Log probability up to a constant."""
+        held_out = self.log_evidence if self.log_predictive is None else self.log_predictive
+        of_data = weighing.evidence * self.log_evidence + weighing.held_out * held_out
+        return self.log_prior + of_data
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Probabilities of all hypotheses: of labels, of none of these, and of no gap."""
+
+    labels: Mapping[str, float]
+    none: float
+    no_gap: float
+
+    @property
+    def first(self) -> str:
+        """The most probable label."""
+        return max(self.labels, key=lambda label: self.labels[label])
+
+    def doubted(self, label: str) -> Posterior:
+        """The same with a label at most even: what is taken from it belongs to none of these."""
+        taken = max(self.labels[label] - UNPROVEN, 0.0)
+        labels = {**self.labels, label: self.labels[label] - taken}
+        return replace(self, labels=labels, none=self.none + taken)
+
+
+def posterior(
+    scores: Mapping[str, Score], weighing: Weighing, no_gap: tuple[float, float]
+) -> Posterior:
+    """Probabilities by Bayes' rule with weighed evidence.
+
+    Parameters
+    ----------
+    scores : of all labels, of "none" and "no_gap"
+    weighing : of evidence
+    no_gap : least and largest probability of "no_gap", see :func:`no_gap_range`
+    """
+    logs = {name: score.log_weight(weighing) for name, score in scores.items()}
+    labels = [name for name in scores if name not in (NONE, NO_GAP)]
+    of_labels = np.array([logs[name] for name in labels])
+    known = logsumexp(of_labels)
+    nothing = float(softmax([known, logs[NONE], logs[NO_GAP]])[2])
+    nothing = float(np.clip(nothing, *no_gap))
+    # Smooth unknown inputs follow any gap, also where the model predicts its cause poorly.
+    none = min(float(softmax([known, logs[NONE]])[1]), weighing.unknown)
+    found = {**dict(zip(labels, (1.0 - none) * softmax(of_labels), strict=True)), NONE: none}
+    before = {
+        name: 0.0 if JOIN in name else float(np.exp(scores[name].log_prior)) for name in found
+    }
+    believed = sum(before.values())
+    mixed = {
+        name: (1.0 - nothing)
+        * float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
+        for name, p in found.items()
+    }
+    return Posterior({name: mixed[name] for name in labels}, mixed[NONE], nothing)
+
+
+def no_gap_range(
+    present: bool, referenced: bool, told: bool, weighing: Weighing
+) -> tuple[float, float]:
+    """Least and largest probability of no gap.
+
+    Parameters
+    ----------
+    present : whether the difference exceeds the noise
+    referenced : whether it is that to reference trials
+    told : whether EMG or joint force is compared, beside the motion that people keep
+    """
+    if present:
+        return 0.0, UNDECIDED
+    if not referenced:
+        return weighing.silent_alone, 1.0
+    return (weighing.silent if told else weighing.silent_motion), 1.0
+
+
+def credible_set(found: Posterior) -> tuple[str, ...]:
+    """The most probable answers that together reach 90 % of the posterior probability.
+
+    A credible set: nothing outside of the model of the case vouches for how often it holds the
+    truth, which the score card of blind cases measures.
+    """
+    every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+    ordered = sorted(every, key=lambda label: -every[label])
+    total = np.cumsum([every[label] for label in ordered])
+    return tuple(ordered[: int(np.searchsorted(total, COVERAGE) + 1)])

@@ -1,0 +1,70 @@
+"""How evidence becomes probability: weights that were fitted to opened cases, not chosen.
+
+``scapulohumeral gap calibrate`` writes them into ``config/gap/calibration.json``.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+from scapulohumeral.errors import ConfigError
+
+SCHEMA = "gap-calibration/1"
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """Weights of evidence, all between 0 and 1.
+
+    Attributes
+    ----------
+    evidence : of the log evidence of all tasks
+    held_out : of the log predictive density of tasks given the others
+    unknown : largest probability of none of these that evidence may give
+    misled : share of all probability that goes by what is believed before any data
+    silent, silent_motion, silent_alone : least probability of no gap where none is found: with
+        reference trials and EMG or joint force, with reference trials of motion alone, without
+        reference trials
+    """
+
+    evidence: float
+    held_out: float
+    unknown: float
+    misled: float
+    silent: float
+    silent_motion: float
+    silent_alone: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no weight."""
+        for name, value in asdict(self).items():
+            if not 0.0 <= value <= 1.0:
+                raise ConfigError(f"{name}: {value}; expected 0 to 1. Calibrate again.")
+        if self.evidence + self.held_out <= 0.0:
+            raise ConfigError("evidence and held_out: 0; expected one above 0. Calibrate again.")
+
+    @property
+    def temperature(self) -> float:
+        """By what log evidence is divided on the whole: intervals widen by its square root."""
+        return 1.0 / (self.evidence + self.held_out)
+
+
+def read_weighing(path: Path) -> Weighing:
+    """Weights of a file that ``gap calibrate`` has written.
+
+    Raises
+    ------
+    ConfigError                      the file cannot be read, or a value is no weight
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if document["schema"] != SCHEMA:
+            raise ValueError(f"schema {document['schema']}, expected {SCHEMA}")
+        return Weighing(**{f.name: float(document["weights"][f.name]) for f in fields(Weighing)})
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ConfigError(
+            f"{path}: {error}; expected weights as `scapulohumeral gap calibrate` writes them. "
+            "Restore the file or calibrate again."
+        ) from error

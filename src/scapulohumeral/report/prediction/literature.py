@@ -83,7 +83,7 @@ def _recorded(study: Study) -> Iterator[tuple[MuscleForces, tuple[str, str, np.n
     """Muscle geometry of each participant with name, plane and recorded poses of each trial."""
     folder = next((path for path in study.equation_folders if path.name == "quaternion"), None)
     geometry = {path.parent.name: path for path in study.coordination.files.geometry}
-    if folder is None:
+    if folder is None or not geometry:
         return
     equations = compiled.load(folder)
     forces = {name: MuscleForces(equations, load_geometry(p)) for name, p in geometry.items()}

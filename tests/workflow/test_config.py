@@ -10,6 +10,7 @@ import yaml
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.check import schema
 from scapulohumeral.configuration.sections import StudyConfig
+from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.gap.settings import GapSection
 
 pytestmark = pytest.mark.workflow
@@ -20,6 +21,7 @@ FILES = {
     "gap/settings.yaml": GapSection,
     "gap/blind.yaml": BlindBenchmark,
     "bench.yaml": SolverBenchmark,
+    "sensitivity.yaml": Sensitivity,
 }
 
 

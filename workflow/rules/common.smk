@@ -1,12 +1,14 @@
 """Wildcards and input functions of all stages: paths of what the study asks for."""
 
 import os
+from dataclasses import asdict
 from pathlib import Path
 
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.problems import variants
+from scapulohumeral.configuration.check import read_sensitivity
+from scapulohumeral.problems import sensitivity, variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
 
@@ -17,6 +19,7 @@ wildcard_constraints:
     condition="[a-z0-9_]+(?<!_opensim)(?<!_audited)(?<!_geometry)",
     muscles="generic|calibrated",
     variant="[a-z][a-z0-9_]*",
+    case="[a-z][a-z0-9_]*",
     model="[a-z_]+(-[a-z_]+)+",
     formulation="quaternion|euler",
 
@@ -191,6 +194,46 @@ def ladder_results(pattern):
     )
 
 
+SENSITIVITY = read_sensitivity(Path("config/sensitivity.yaml"))
+CASES = sensitivity.sensitivity_cases(SENSITIVITY)
+
+
+def case_inputs(wildcards):
+    """Scalers and tracked motions of a case of the sensitivity."""
+    own = "results/sensitivity/{participant}/{case}_{plane}.npz"
+    inputs = {"tracked": expand(own, **wildcards, plane=SENSITIVITY.planes)}
+    if condition_of(wildcards)["parameters"] == "calibrated":
+        inputs["calibration"] = scalers_of(wildcards.participant)
+    return inputs
+
+
+def case_condition(wildcards):
+    """Settings of the shoulder of a case, which starts from the motion of the case alone."""
+    condition = condition_of(wildcards)
+    factor = CASES[wildcards.case].factors.get(sensitivity.STABILITY, 1.0)
+    return {**condition, "w_gh": factor * condition["w_gh"], "start": "direct"}
+
+
+def case_weights(wildcards):
+    """Weights of the objective of a case."""
+    return sensitivity.changed_weights(CASES[wildcards.case], config["weights"]["prediction"])
+
+
+def case_time_step(wildcards):
+    """Mesh interval of a case [s]."""
+    return CASES[wildcards.case].time_step_s or config["solve"]["time_step_s"]
+
+
+def case_results(pattern):
+    """Paths of all cases of the sensitivity, the unchanged one first."""
+    return expand(
+        pattern,
+        participant=SENSITIVITY.participant,
+        condition=SENSITIVITY.condition,
+        case=CASES,
+    )
+
+
 def validation_results(pattern):
     """Paths of all configured daily tasks, with generic and calibrated muscles."""
     return [
@@ -210,10 +253,13 @@ def calibrated_participants():
     return STUDY.calibrated()
 
 
-def ladder_tables():
-    """The committed table of the ladder, where there is one and anything is predicted."""
-    made = Path("reports/ladder.csv").is_file() and prediction_table("summary")
-    return ["reports/ladder.csv"] if made else []
+def committed_table(name):
+    """A table in reports/ that is no part of the study, where there is one and anything is predicted.
+
+    Only a copy is made there, so that a fresh checkout shows it and does not compute it.
+    """
+    path = Path("reports", f"{name}.csv")
+    return [str(path)] if path.is_file() and prediction_table("summary") else []
 
 
 def blind_scores():

@@ -57,7 +57,11 @@ rule render_report:
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
         targets=["config/targets.yaml"],
-        ladder=ladder_tables(),
+        ladder=committed_table("ladder"),
+        sensitivity=committed_table("sensitivity"),
+        postures=committed_table("static_postures"),
+        moment_arms=["config/literature/moment_arms.csv"],
+        joint_force=["config/literature/joint_force.csv"],
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=config["participants"],

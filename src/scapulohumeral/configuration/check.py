@@ -15,6 +15,7 @@ from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchm
 from scapulohumeral.configuration.fields import Section
 from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.configuration.sections import StudyConfig
+from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.documents import expected, read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.provenance import CONFIG_FOLDER
@@ -23,6 +24,7 @@ from scapulohumeral.provenance import CONFIG_FOLDER
 STUDY = CONFIG_FOLDER / "config.yaml"
 BLIND = CONFIG_FOLDER / "gap" / "blind.yaml"
 BENCH = CONFIG_FOLDER / "bench.yaml"
+SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
 REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
 
 LONGEST_EXAMPLE = 200
@@ -63,6 +65,11 @@ def read_blind(path: Path = BLIND) -> BlindBenchmark:
 def read_bench(path: Path = BENCH) -> SolverBenchmark:
     """How the solver is measured."""
     return checked(SolverBenchmark, read_yaml(path, REMEDY), f"{path}, ", BENCH)
+
+
+def read_sensitivity(path: Path = SENSITIVITY) -> Sensitivity:
+    """What is changed in one prediction to see how far it depends on it."""
+    return checked(Sensitivity, read_yaml(path, REMEDY), f"{path}, ", SENSITIVITY)
 
 
 def read_real_cases(path: Path = REAL_CASES) -> RealCases:

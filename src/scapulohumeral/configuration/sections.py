@@ -303,6 +303,9 @@ class Ladder(Section):
     start: Annotated[str, key("Variant that the ladder starts from [no unit].")]
     participant: Annotated[FolderName, key("Participant of every rung [no unit].")]
     conditions: Annotated[Conditions, key("Conditions of every rung [no unit].")]
+    alone: Annotated[
+        list[ConditionName], key("Steps that are also taken back alone [no unit]."), Once
+    ]
     steps: Annotated[
         dict[ConditionName, list[str]],
         key("Choices that each step takes back, in order [no unit]."),

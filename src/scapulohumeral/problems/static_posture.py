@@ -37,7 +37,7 @@ HELD, GUIDED = ("humerus", "norm"), ("clavicle", "scapula")
 # Guidance on the way from the recorded posture to the free one [1].
 GUIDANCE = (20.0, 1.0, 0.1, 0.0)
 LARGEST_COMPONENT, LARGEST_REACTION = 1.1, 30.0
-FIRST_COMPRESSION, FIRST_EFFORT = -2.0, 0.05
+FIRST_COMPRESSION, FIRST_EFFORT = 2.0, 0.05
 OPTIONS = {"print_level": 0, "sb": "yes", "max_iter": 200, "tol": 1e-6, "mu_strategy": "adaptive"}
 
 
@@ -55,6 +55,7 @@ class Posture:
     forces, muscles, parameters : of a participant, in quaternions
     glenoid : inclination and version [rad]
     stability : weights of squared shear over compression, superior-inferior and anterior-posterior
+    effort : (M,) weights of squared activations
     """
 
     forces: MuscleForces
@@ -62,6 +63,7 @@ class Posture:
     parameters: Array
     glenoid: tuple[float, float]
     stability: tuple[float, float]
+    effort: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,7 @@ class StaticProblem:
     def objective(self, x: Array) -> float:
         """Squared activations, joint stability and guidance."""
         shear, error = self._shear(x)[0], self._errors(x)[0]
-        effort = float(np.sum(x[FIRST_ACTIVATION:] ** 2))
+        effort = float(self.posture.effort @ x[FIRST_ACTIVATION:] ** 2)
         return effort + float(self.posture.stability @ shear**2 + self._guided @ error**2)
 
     def gradient(self, x: Array) -> Array:
@@ -116,7 +118,7 @@ class StaticProblem:
         shear, shear_slope = self._shear(x)
         gradient[POSE] = 2.0 * (self._guided * error) @ slope
         gradient[REACTION] = 2.0 * (np.array(self.posture.stability) * shear) @ shear_slope
-        gradient[FIRST_ACTIVATION:] = 2.0 * x[FIRST_ACTIVATION:]
+        gradient[FIRST_ACTIVATION:] = 2.0 * self.posture.effort * x[FIRST_ACTIVATION:]
         return gradient
 
     def constraints(self, x: Array) -> Array:
@@ -152,7 +154,7 @@ class StaticProblem:
         p, balance = self.posture, (multipliers[:13] / ROW_UNITS)[None]
         hessian = np.zeros((len(x), len(x)))
         places = np.arange(FIRST_ACTIVATION, len(x))
-        hessian[places, places] = 2.0 * factor
+        hessian[places, places] = 2.0 * factor * self.posture.effort
         units = np.repeat([1.0, REACTION_N], [13, 3])
         columns = np.ix_(EQUATION_COLUMNS, EQUATION_COLUMNS)
         by_z = p.forces.dynamics.hessian(z, balance, p.parameters)[0][columns]

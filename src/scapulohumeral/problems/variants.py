@@ -46,14 +46,21 @@ def named_variants(section: Mapping[str, Any]) -> dict[str, Variant]:
 
 
 def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[str, Variant]:
-    """Rungs between a variant and the study: ``alone_<step>``, and ``upto_<step>`` in order.
+    """Rungs between a variant and the study: ``upto_<step>`` in order, some ``alone_<step>``.
 
-    The last ``upto`` is the study on the first variant's arm unless the arm is a step, too.
+    The last ``upto`` is the study on the first variant's arm unless the arm is a step, too. The
+    first step needs no rung of its own alone.
     """
     start = settings["start"]
     if start not in named:
         raise ConfigError(
             f"Config key 'variants.ladder.start' is '{start}'. Write one of: {', '.join(named)}"
+        )
+    strange = [step for step in settings["alone"] if step not in settings["steps"]]
+    if strange:
+        raise ConfigError(
+            f"Config key 'variants.ladder.alone' names {', '.join(strange)}. Write steps of the "
+            f"ladder: {', '.join(settings['steps'])}"
         )
     rungs: dict[str, Variant] = {}
     before = named[start]
@@ -65,7 +72,8 @@ def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[st
                 f"which '{start}' does not differ from the study. It differs in: "
                 f"{', '.join([*named[start].model, *named[start].problem])}"
             )
-        rungs[f"alone_{step}"] = named[start].without(f"alone_{step}", keys)
+        if step in settings["alone"]:
+            rungs[f"alone_{step}"] = named[start].without(f"alone_{step}", keys)
         before = before.without(f"upto_{step}", keys)
         rungs[f"upto_{step}"] = before
     return rungs

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
+
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
@@ -14,7 +16,7 @@ from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.gap.real_cases import real_content
 from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.prediction import figures as prediction_figures
-from scapulohumeral.report.prediction import ladder
+from scapulohumeral.report.prediction import ladder, literature, sensitivity
 from scapulohumeral.report.prediction import loading as loading_figures
 from scapulohumeral.report.prediction import moments as moment_figures
 from scapulohumeral.report.prediction import tables as prediction_tables
@@ -22,6 +24,7 @@ from scapulohumeral.report.prediction import targets as prediction_targets
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
+from scapulohumeral.report.tables import Table, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
 
@@ -66,6 +69,9 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "starts": prediction_tables.starts(coordination),
         "stability": prediction_tables.stability(coordination),
         "ladder": ladder_content(study),
+        "sensitivity": sensitivity_content(study),
+        "postures": posture_content(study),
+        "measured": measured_content(study),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
     }
@@ -92,7 +98,44 @@ def ladder_content(study: Study) -> dict[str, Any] | None:
     table = study.coordination.ladder
     if table.empty:
         return None
-    return {"figure": ladder.ladder_figure(table), "rows": ladder.ladder_rows(table)}
+    return {
+        "figure": ladder.ladder_figure(table),
+        "moves": ladder.ladder_moves(table),
+        "rows": ladder.ladder_rows(table),
+    }
+
+
+def sensitivity_content(study: Study) -> dict[str, Any] | None:
+    """Tornado and table of the sensitivity, None if it was not computed."""
+    table = study.coordination.sensitivity
+    if table.empty:
+        return None
+    return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
+
+
+def posture_content(study: Study) -> Table | None:
+    """Static postures of all participants, None if they were not computed; marked: not solved."""
+    table = study.coordination.postures
+    if table.empty:
+        return None
+    rows = [
+        tuple("" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else str(x) for x in row)
+        for row in named_rows(table)
+    ]
+    failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")
+    return Table(tuple(name.replace("_", " ") for name in table.columns), rows, failed)
+
+
+def measured_content(study: Study) -> dict[str, Any]:
+    """Moment arms and joint forces beside published measurements, where the study has both."""
+    coordination = study.coordination
+    files, judged = coordination.files, coordination.judged
+    return {
+        "arms": literature.moment_arms(study, files.moment_arms[0]) if files.moment_arms else None,
+        "forces": literature.joint_forces(judged.recording, files.joint_force[0])
+        if files.joint_force and judged
+        else None,
+    }
 
 
 def gap_chapter(study: Study) -> dict[str, Any] | None:

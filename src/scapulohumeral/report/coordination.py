@@ -44,6 +44,9 @@ class CoordinationFiles:
     prediction_summary, rhythm : tables of all predictions
     against_recording, against_published : tables of their distances; targets : their limits
     ladder : table of the steps from the authors' problem to the study's own
+    sensitivity : table of what weights, mesh and start change
+    postures : table of static postures
+    moment_arms, joint_force : published measurements (config/literature)
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
 
@@ -61,6 +64,10 @@ class CoordinationFiles:
     against_published: Sequence[Path] = ()
     targets: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
+    sensitivity: Sequence[Path] = ()
+    postures: Sequence[Path] = ()
+    moment_arms: Sequence[Path] = ()
+    joint_force: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
 
 
@@ -225,6 +232,8 @@ class Coordination:
     files : where they come from
     judged : distances of predictions and their limits, None without predictions
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
+    sensitivity : what weights, mesh and start change, empty if it was not computed
+    postures : girdles of least effort under a still arm, empty if they were not computed
     """
 
     channels: Channels | None
@@ -239,6 +248,8 @@ class Coordination:
     files: CoordinationFiles
     judged: Judged | None = None
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
+    sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
+    postures: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -284,6 +295,8 @@ def read_coordination(
         files=files,
         judged=_read_judged(files, tuple(models)),
         ladder=_read_table(files.ladder),
+        sensitivity=_read_table(files.sensitivity),
+        postures=_read_table(files.postures),
     )
 
 

@@ -55,7 +55,8 @@ def posture(quaternion_equations):
     soft = {"contact_stiffness": 100.0, "stop_stiffness": 0.5}
     values = pack(parameters(gravity=[0.1, -3.0, 0.2], mass_load=0.0, **soft))
     forces = MuscleForces(quaternion_equations, geometry)
-    return Posture(forces, muscles, values, (0.11, 0.23), (0.62, 2.0))
+    effort = np.linspace(0.6, 1.4, 20)
+    return Posture(forces, muscles, values, (0.11, 0.23), (0.62, 2.0), effort)
 
 
 @pytest.fixture

@@ -30,6 +30,7 @@ pytestmark = pytest.mark.unit
 PUBLISHED = {"model": {"masses": "divided"}, "problem": {"stops": False, "conoid": "soft"}}
 LADDER = {
     "start": "published",
+    "alone": ["masses"],
     "steps": {"ligament": ["conoid"], "masses": ["masses"], "stops": ["stops"]},
 }
 
@@ -42,15 +43,18 @@ def test_rungs_take_differences_back_alone_and_together():
     found = named_variants(section())
     assert found["alone_masses"] == Variant("alone_masses", {}, PUBLISHED["problem"])
     assert found["upto_masses"] == Variant("upto_masses", {}, {"stops": False})
+    assert "alone_stops" not in found
     last = found["upto_stops"]
     assert (last.model, last.problem) == (found["study"].model, found["study"].problem)
 
 
 def test_ladder_names_what_it_cannot_take_back():
     with pytest.raises(ConfigError, match=r"steps.ligament.*springs.*differs in: masses, stops"):
-        named_variants(section(steps={"ligament": ["springs"]}))
+        named_variants(section(steps={"ligament": ["springs"]}, alone=[]))
     with pytest.raises(ConfigError, match="Write one of: published"):
         ladder({"published": Variant("published", {}, {})}, {"start": "publisher", "steps": {}})
+    with pytest.raises(ConfigError, match=r"ladder.alone' names mass\. .* ligament, masses, stops"):
+        named_variants(section(alone=["mass"]))
 
 
 def test_models_are_named_by_their_choices():

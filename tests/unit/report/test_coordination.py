@@ -39,6 +39,8 @@ from scapulohumeral.report.validation.figures import reduction_table, task_figur
 pytestmark = pytest.mark.unit
 
 PLANES = ("frontal", "scapular", "sagittal")
+# Fields that take committed tables under another name.
+FIELDS = {"static_postures": "postures"}
 
 
 @pytest.fixture(scope="module")
@@ -273,6 +275,20 @@ def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
     assert scapular is not None
     assert scapular.peak_elevation_deg == pytest.approx(100.5, abs=1.5)
     assert published_plane(cases, "unknown", "frontal") is None
+
+
+def test_committed_tables_are_shown(files: ReportFiles, html: str) -> None:
+    said = {
+        "reports/sensitivity.csv": "scapula of the start turned by -20 deg",
+        "reports/ladder.csv": "choice taken back",
+        "reports/static_postures.csv": "serr_ant +",
+        "config/literature/moment_arms.csv": "Liu et al. 1997",
+        "config/literature/joint_force.csv": "implants at 90 deg",
+    }
+    committed = {FIELDS.get(Path(name).stem, Path(name).stem): [Path(name)] for name in said}
+    shown = render_report(replace(files, coordination=replace(files.coordination, **committed)))
+    assert [words for words in said.values() if words in html] == []
+    assert [words for words in said.values() if words not in shown] == []
 
 
 def test_band_ends_with_its_statistics() -> None:

@@ -51,6 +51,8 @@ HEALTHY, CUFF = "healthy", "cuff_w10"
 # The healthy shoulder at the weight of the cuff-limited one: falls from it are those of the cuff.
 EQUAL_WEIGHT = "healthy_w10"
 FALL_LEVEL_DEG = 70.0
+# Elevations of the rising arm at which joint forces are compared [deg]; the last: of implants.
+FORCE_LEVELS_DEG = (30.0, 45.0, 60.0, 90.0)
 FALL = "upward_rotation_fall_deg"
 FALL_EQUAL_WEIGHT = "upward_rotation_fall_equal_weight_deg"
 
@@ -131,13 +133,22 @@ def against_recording(
 
 
 def _joint_force(one: Predicted, nodes: slice, rest_below_deg: float) -> dict[str, float]:
-    """Glenohumeral force of an elevation [% of body weight] at rest (mean) and at its largest."""
-    elevation = thorax_angles(one.solution.pose[nodes])[:, ELEVATION_COLUMN]
+    """Glenohumeral force of an elevation [% of body weight].
+
+    At rest (mean), where the rising arm reaches fixed elevations, and at its largest.
+    """
+    angles = thorax_angles(one.solution.pose[nodes])
+    elevation = angles[:, ELEVATION_COLUMN]
     rise = rising_part(elevation)
     newtons = np.linalg.norm(one.solution.reaction_N[nodes], axis=1)
     share = 100.0 * newtons / (one.summary["body_mass_kg"] * constants.g)
+    with_force = np.column_stack([angles, share])
     return {
         "gh_force_rest_bw": float(share[rise][elevation[rise] <= rest_below_deg].mean()),
+        **{
+            f"gh_force_{level:g}_bw": at_level(with_force, angles.shape[1], level)
+            for level in FORCE_LEVELS_DEG
+        },
         "gh_force_peak_bw": float(share.max()),
         "arm_peak_deg": float(elevation.max()),
     }

@@ -116,6 +116,47 @@ def _draw_rungs(
     panel.invert_yaxis()
 
 
+def ladder_moves(table: pd.DataFrame) -> Table:
+    """How far each choice moves the scapula, alone and on the way; marked: a rung did not converge.
+
+    Mean change of upward rotation over the fixed elevations that both rungs reach, by plane: alone
+    from the start, on the way from the last rung before that converged. Empty: no such rung.
+    """
+    levels = [f"ur_{level:g}_deg" for level in LEVELS_DEG]
+    upward = {
+        (row["kind"], row["step"], row["plane"]): np.array([row.get(key, np.nan) for key in levels])
+        for row in table.to_dict("records")
+    }
+    planes = list(dict.fromkeys(table.plane))
+    start = {plane: value for (kind, _, plane), value in upward.items() if kind == "start"}
+    before, missing = dict(start), np.full(len(levels), np.nan)
+    rows, flagged = [], set()
+    solved = dict(
+        zip(zip(table.kind, table.step, strict=True), table.status == "optimal", strict=True)
+    )
+    for row, step in enumerate(dict.fromkeys(table.step[table.kind == "cumulative"])):
+        # Alone the first step is the same problem as on the way.
+        kind = "cumulative" if row == 0 else "alone"
+        alone = {plane: upward.get((kind, step, plane), missing) for plane in planes}
+        way = {plane: upward.get(("cumulative", step, plane), missing) for plane in planes}
+        changes = [_change(alone[plane], start[plane]) for plane in planes]
+        changes += [_change(way[plane], before[plane]) for plane in planes]
+        before |= {plane: value for plane, value in way.items() if np.isfinite(value).any()}
+        if not (solved.get(("alone", step), True) and solved["cumulative", step]):
+            flagged.add(row)
+        rows.append(
+            (step.replace("_", " "), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes))
+        )
+    columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
+    return Table(("choice taken back", *columns), rows, frozenset(flagged))
+
+
+def _change(after: np.ndarray, before: np.ndarray) -> float:
+    """Mean change over the elevations that both have [deg]; not a number where there is none."""
+    change = (after - before)[np.isfinite(after - before)]
+    return float(change.mean()) if len(change) else float("nan")
+
+
 def ladder_rows(table: pd.DataFrame) -> Table:
     """All rungs as text; marked: not converged."""
     numbers = [column for column in table.columns if column not in NAMES]

@@ -1,0 +1,1 @@
+"""Checks of a participant's model that no prediction needs."""

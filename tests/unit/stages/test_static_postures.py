@@ -1,0 +1,88 @@
+"""Static postures along a recording: which poses are taken, what is said of them."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from skeleton import CONSTANTS, muscle, skeleton_record
+from synthetic_study import solution
+
+from scapulohumeral.errors import SolveError
+from scapulohumeral.model.constants import Glenoid
+from scapulohumeral.model.rotations import quaternion_to_matrix
+from scapulohumeral.problems.static_posture import StaticSolution
+from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
+from scapulohumeral.stages.checks import static_postures as stage
+
+pytestmark = pytest.mark.unit
+
+RECORD = replace(
+    skeleton_record(),
+    muscles=(
+        muscle("serr_1", group="serr_ant"),
+        *(muscle(f"supra_{k}", group="supra") for k in (1, 2)),
+    ),
+    body_mass_kg=50.0,
+    constants=replace(CONSTANTS, glenoid=Glenoid(0.0, 0.0, 0.31)),
+)
+POSTURE = SimpleNamespace(effort=np.array([2.0, 1.0, 1.0]), stability=(0.5, 2.0))
+
+
+def test_poses_are_those_at_fixed_elevations_of_the_rise():
+    poses = solution("par2", "frontal", "quaternion").reference_pose
+    taken = list(stage._recorded(poses))
+    assert len(taken) >= 3
+    for level, pose in taken:
+        angles = thorax_angles(pose[None])[0]
+        assert angles[ELEVATION_COLUMN] == pytest.approx(level, abs=stage.NEAR_DEG)
+        assert (pose[[0, 4, 8]] >= 0).all()
+    peak = thorax_angles(poses)[:, ELEVATION_COLUMN].max()
+    assert max(level for level, _ in taken) <= peak + stage.NEAR_DEG
+
+
+def test_sign_of_quaternions_is_no_turn():
+    pose = solution("par2", "frontal", "quaternion").reference_pose[3]
+    flipped = pose.copy()
+    flipped[4:8] *= -1.0
+    flipped[8:12] *= -1.0
+    made = stage._positive(flipped)
+    for first in (0, 4, 8):
+        joint = slice(first, first + 4)
+        matrices = [quaternion_to_matrix(one[joint]) for one in (made, pose)]
+        np.testing.assert_allclose(*matrices, atol=1e-12)
+
+
+def found(activation, reaction=(100.0, 0.0, 0.0)) -> StaticSolution:
+    pose = solution("par2", "frontal", "quaternion").reference_pose[3]
+    return StaticSolution(pose, np.array(reaction), np.array(activation), 0.0)
+
+
+def test_groups_that_pay_are_named_by_their_weighed_effort():
+    words = stage._paying(POSTURE, found([0.1, 0.2, 0.3]), found([0.5, 0.1, 0.3]), RECORD)
+    assert words == "serr_ant +0.480, supra -0.030"
+
+
+def test_costs_leave_out_what_holds_the_girdle():
+    costs = stage._costs("held", POSTURE, found([0.5, 0.1, 0.0]), RECORD)
+    assert costs["held_effort"] == pytest.approx(0.51)
+    assert costs["held_stability"] == pytest.approx(0.0, abs=1e-12)
+    assert costs["held_force_bw"] == pytest.approx(100.0 * 100.0 / (50.0 * 9.80665))
+    tilted = stage._costs("held", POSTURE, found([0, 0, 0], (100.0, 20.0, 10.0)), RECORD)
+    assert tilted["held_stability"] == pytest.approx(0.5 * 0.2**2 + 2.0 * 0.1**2)
+
+
+def test_failed_posture_keeps_its_reason(monkeypatch):
+    def fails(*_):
+        raise SolveError("static posture: too many iterations")
+
+    monkeypatch.setattr(stage, "static_posture", fails)
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    assert row == {"status": "static posture: too many iterations"}
+
+
+def test_joint_that_is_pulled_apart_is_no_posture(monkeypatch):
+    reactions = iter([(100.0, 0.0, 0.0), (-100.0, 0.0, 0.0)])
+    monkeypatch.setattr(stage, "static_posture", lambda *_: found([0, 0, 0], next(reactions)))
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    assert row == {"status": "static posture: the glenohumeral joint is pulled apart"}

@@ -1,0 +1,136 @@
+# How far one prediction depends on weights, mesh and start. Not part of the study: the tables are
+# copied to reports/, where the report finds them, and no rule makes them there. Otherwise a fresh
+# checkout would solve everything again.
+
+
+rule change_tracking:
+    input:
+        tracked="results/tracking/{participant}/{plane}_quaternion.npz",
+        code=code_of("scapulohumeral.problems.sensitivity", "scapulohumeral.ocp.solution"),
+    output:
+        tracked="results/sensitivity/{participant}/{case}_{plane}.npz",
+    log:
+        python="results/logs/change_tracking/{participant}_{case}_{plane}.python.log",
+    benchmark:
+        "results/benchmarks/change_tracking/{participant}_{case}_{plane}.jsonl"
+    wildcard_constraints:
+        plane="[a-z]+",
+    params:
+        case=lambda wildcards: asdict(CASES[wildcards.case]),
+        random_turn_deg=SENSITIVITY.random_turn_deg,
+    threads: 1
+    message:
+        "Start of case {wildcards.case}: participant {wildcards.participant}, {wildcards.plane}"
+    script:
+        "../scripts/change_tracking.py"
+
+
+use rule solve_prediction as solve_case with:
+    input:
+        unpack(case_inputs),
+        participant=PARTICIPANT_FILE,
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        code=code_of("scapulohumeral.stages.prediction"),
+    output:
+        solution="results/sensitivity/{participant}/{condition}/{case}.npz",
+        summary="results/sensitivity/{participant}/{condition}/{case}.summary.json",
+    log:
+        solver="results/logs/solve_case/{participant}_{condition}_{case}.solver.log",
+        python="results/logs/solve_case/{participant}_{condition}_{case}.python.log",
+    benchmark:
+        "results/benchmarks/solve_case/{participant}_{condition}_{case}.jsonl"
+    params:
+        time_step_s=case_time_step,
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=case_weights,
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        guidance=lookup(within=config, dpath="prediction/guidance"),
+        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
+        condition=case_condition,
+        problem={},
+    message:
+        "Prediction {wildcards.condition} of participant {wildcards.participant}, case"
+        " {wildcards.case}"
+
+
+rule tabulate_sensitivity:
+    input:
+        solutions=case_results("results/sensitivity/{participant}/{condition}/{case}.npz"),
+        summaries=case_results("results/sensitivity/{participant}/{condition}/{case}.summary.json"),
+        code=code_of(
+            "scapulohumeral.problems.sensitivity",
+            "scapulohumeral.report.prediction.sensitivity",
+        ),
+    output:
+        table="results/sensitivity/sensitivity.csv",
+    log:
+        python="results/logs/tabulate_sensitivity.python.log",
+    benchmark:
+        "results/benchmarks/tabulate_sensitivity.jsonl"
+    params:
+        cases=[asdict(case) for case in CASES.values()],
+    threads: 1
+    message:
+        "What weights, mesh and start change: table"
+    script:
+        "../scripts/tabulate_sensitivity.py"
+
+
+rule sensitivity:
+    input:
+        table=rules.tabulate_sensitivity.output.table,
+    log:
+        python="results/logs/sensitivity.log",
+    localrule: True
+    message:
+        "What weights, mesh and start change: reports/sensitivity.csv"
+    shell:
+        "cp {input.table} reports/sensitivity.csv 2> {log.python}"
+
+
+rule solve_static_postures:
+    input:
+        participant=PARTICIPANT_FILE,
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        calibration="results/calibration/{participant}_scalers.json",
+        tracked=tracked_elevations,
+        code=code_of("scapulohumeral.stages.checks.static_postures"),
+    output:
+        table="results/sensitivity/{participant}_postures.csv",
+    log:
+        python="results/logs/solve_static_postures/{participant}.python.log",
+    benchmark:
+        "results/benchmarks/solve_static_postures/{participant}.jsonl"
+    params:
+        weights=lookup(within=config, dpath="weights/prediction"),
+        w_gh=lookup(within=config, dpath="prediction/conditions/healthy/w_gh"),
+    threads: 1
+    message:
+        "Static postures of participant {wildcards.participant}"
+    script:
+        "../scripts/solve_static_postures.py"
+
+
+rule static_postures:
+    input:
+        tables=expand(
+            "results/sensitivity/{participant}_postures.csv",
+            participant=config["participants"],
+        ),
+    log:
+        python="results/logs/static_postures.log",
+    localrule: True
+    message:
+        "Static postures of all participants: reports/static_postures.csv"
+    shell:
+        "awk 'FNR > 1 || NR == 1' {input.tables} > reports/static_postures.csv 2> {log.python}"

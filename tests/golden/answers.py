@@ -46,7 +46,7 @@ def answer(case: Path, folder: Path, cache: Path) -> subprocess.CompletedProcess
     references = _tables(case / "reference")
     command += ["--reference", *references] if references else []
     command += ["--participant", str(case / "participant.yaml"), "--out", str(folder / "out")]
-    command += ["--settings", str(_settings(folder)), "--cache", str(cache), "--threads", "1"]
+    command += ["--settings", str(_settings(folder)), "--cache", str(cache), "--threads", "2"]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -118,6 +119,10 @@ class CompiledDynamics:
     @cached_property
     def _mapped(self) -> dict[tuple[str, int], _Mapped]:
         return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process needs: not the buffers, which hold addresses of this one."""
+        return {name: value for name, value in vars(self).items() if name != "_mapped"}
 
     def _call(self, name: str, *arguments: np.ndarray):
         nodes = len(arguments[0])

@@ -30,6 +30,8 @@ install() {
         --no-deps --no-build-isolation "$@"
 }
 
+# The interpreter itself: found through the folder that is made anew, it would vanish with it.
+python=$("$python" -c 'import os, sys; print(os.path.realpath(sys.executable))')
 rm -rf "$folder"
 "$python" -m venv "$folder"
 export PATH="$PWD/$folder/bin:$PATH"

@@ -439,4 +439,4 @@ class StudyConfig(Section):
     recordings: Annotated[
         str,
         key("Folder of the recordings of gap/real_cases.yaml, or none [no unit].", min_length=1),
-    ] = "none"
+    ]

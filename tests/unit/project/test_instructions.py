@@ -204,8 +204,8 @@ def test_bank_survives_moves_of_its_modules(copied: Path, tmp_path: Path, bank_b
         ("isolation.priors", "PAIRS = ", "PAIRS = 2.0 * "),
         (
             "effects.library",
-            "    joint_damping,\n    st_contact,",
-            "    st_contact,\n    joint_damping,",
+            "    hand_load,\n    segment_mass,",
+            "    segment_mass,\n    hand_load,",
         ),
         ("recording.case", "sorted(kept)", "reversed(sorted(kept))"),
         ("effects.emd", "60.0,", "61.0,"),

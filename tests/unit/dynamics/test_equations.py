@@ -103,6 +103,15 @@ def energy_slope(angles, potential, p):
     return slopes
 
 
+def test_equations_that_were_evaluated_go_to_another_process(equations):
+    """Diagnoses solve tasks side by side, with a model that has been asked before."""
+    q = coordinates(equations, random_angles(3))
+    expected = equations.features(q)
+    again = pickle.loads(pickle.dumps(equations)).features(q)
+    for ours, theirs in zip(again, expected, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
 @pytest.mark.parametrize(
     ("potential", "present"),
     [
@@ -114,15 +123,6 @@ def energy_slope(angles, potential, p):
         (contact_energy, ("contact_stiffness",)),
     ],
 )
-def test_equations_that_were_evaluated_go_to_another_process(equations):
-    """Diagnoses solve tasks side by side, with a model that has been asked before."""
-    q = coordinates(equations, random_angles(3))
-    expected = equations.features(q)
-    again = pickle.loads(pickle.dumps(equations)).features(q)
-    for ours, theirs in zip(again, expected, strict=True):
-        np.testing.assert_array_equal(ours, theirs)
-
-
 def test_forces_are_slopes_of_their_energy(equations, potential, present):
     angles, p = random_angles(8), parameters()
     changes = {name: value for name, value in RIGID.items() if name not in present}

@@ -1,7 +1,10 @@
 """Muscle forces: derivatives by differences, work by hand, straight paths by plain geometry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from skeleton import joint, muscle, skeleton_record
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
@@ -126,21 +129,20 @@ def test_tension_acts_along_the_gradient_of_length(forces, muscles, state):
     np.testing.assert_allclose(forces.generalised(q, u, a, muscles), expected, rtol=1e-12)
 
 
-RECORD = {
-    "joints": {
-        "sc1": {"location_m": [0.02, 0.01, 0.03]},
-        "ac1": {"location_m": [0.16, -0.02, 0.01]},
-        "gh1": {"location_m": [-0.01, -0.05, 0.02]},
-    }
-}
+RECORD = replace(
+    skeleton_record(),
+    joints={
+        **skeleton_record().joints,
+        "sc1": joint([0.02, 0.01, 0.03]),
+        "ac1": joint([0.16, -0.02, 0.01]),
+        "gh1": joint([-0.01, -0.05, 0.02]),
+    },
+)
 
 
 def straight_muscle(first, second):
-    points = [
-        {"body": first, "location_m": [0.03, -0.1, 0.05]},
-        {"body": second, "location_m": [-0.02, 0.04, 0.01]},
-    ]
-    return {"name": f"{first} to {second}", "points": points, "wraps": []}
+    points = (first, [0.03, -0.1, 0.05]), (second, [-0.02, 0.04, 0.01])
+    return muscle(f"{first} to {second}", *points)
 
 
 EXAMPLES = [
@@ -154,7 +156,7 @@ def straight_geometry():
     """The three examples, with the constant as the only monomial."""
     squared, arms = zip(*(straight_coefficients(RECORD, m) for m in EXAMPLES), strict=True)
     return MuscleGeometry(
-        names=tuple(muscle["name"] for muscle in EXAMPLES),
+        names=tuple(example.name for example in EXAMPLES),
         exponents=np.zeros((1, 10), int),
         length=np.stack(squared),
         translation=np.stack(arms, axis=1),
@@ -162,11 +164,11 @@ def straight_geometry():
     )
 
 
-def ends(muscle, frames):
+def ends(example, frames):
     """Positions (N, 3) of both attachments in thorax axes."""
     return [
-        frames[point["body"]][0] + frames[point["body"]][1] @ np.array(point["location_m"])
-        for point in muscle["points"]
+        frames[point.body][0] + frames[point.body][1] @ np.array(point.location_m)
+        for point in example.points
     ]
 
 
@@ -180,8 +182,8 @@ def test_straight_lengths_are_distances(equations, angles):
     forces = MuscleForces(equations, straight_geometry())
     q = pose if equations.name == "quaternion" else angles
     lengths, _ = forces.lengths(q, np.zeros((6, 10)))
-    for k, muscle in enumerate(EXAMPLES):
-        origin, insertion = ends(muscle, segment_frames(RECORD, pose))
+    for k, example in enumerate(EXAMPLES):
+        origin, insertion = ends(example, segment_frames(RECORD, pose))
         expected = np.linalg.norm(insertion - origin, axis=1)
         np.testing.assert_allclose(lengths[:, k], expected, rtol=1e-12)
 
@@ -192,8 +194,8 @@ def test_straight_moment_is_lever_cross_pull(quaternion_equations, angles):
     gradient = MuscleForces(quaternion_equations, straight_geometry()).gradients(pose)
     frames = segment_frames(RECORD, pose)
     joint_bodies = {"clavicle_r": slice(0, 3), "scapula_r": slice(3, 6), "humerus_r": slice(6, 9)}
-    for k, muscle in enumerate(EXAMPLES):
-        origin, insertion = ends(muscle, frames)
+    for k, example in enumerate(EXAMPLES):
+        origin, insertion = ends(example, frames)
         pull = origin - insertion
         pull /= np.linalg.norm(pull, axis=1, keepdims=True)
         crossed = {0: ["clavicle_r"], 1: ["clavicle_r", "scapula_r"], 2: ["humerus_r"]}[k]

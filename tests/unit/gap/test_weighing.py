@@ -14,6 +14,7 @@ pytestmark = pytest.mark.unit
 WEIGHTS = {
     "evidence": 0.2,
     "held_out": 0.3,
+    "useless": 40.0,
     "unknown": 0.4,
     "misled": 0.1,
     "silent": 0.9,

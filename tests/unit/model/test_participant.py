@@ -113,7 +113,7 @@ def test_too_few_frames_are_refused(tmp_path):
         ("hand_load_kg: 2.0", "hand_load_kg: -2.0", "trials.lifting.hand_load_kg: -2.0"),
         ("hand_load_kg: 2.0", "load_kg: 2.0", "trials.lifting: .*load_kg"),
         ("schema: participant/1", "schema: participant/0", "schema: 'participant/1' was expected"),
-        ("trials:", "trials: [", "not valid YAML"),
+        ("trials:", "trials: [", "cannot be read as YAML"),
         ("file: lifting.csv", "file: lift.csv", "lift.csv: no such file"),
     ],
 )

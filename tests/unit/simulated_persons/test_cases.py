@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from arm import parameters
+from skeleton import muscle, skeleton_record
 from small_arm import small_motion
 
 from scapulohumeral.dynamics.parameters import pack, unpack
@@ -80,9 +81,10 @@ MOTION = Motion(np.linspace(0.0, 2.0, 60), small_motion(60))
 def anatomy(repository: Path) -> Anatomy:
     """The muscles' names and groups; paths that all cross all joints."""
     with (repository / "config" / "model" / "muscles.csv").open(encoding="utf-8") as stream:
-        rows = [{"name": row["muscle"], "group": row["group"]} for row in csv.DictReader(stream)]
+        rows = [muscle(row["muscle"], group=row["group"]) for row in csv.DictReader(stream)]
     arms = np.ones((1, len(rows), 13))
-    return Anatomy({"muscles": rows}, {}, SimpleNamespace(gradients=lambda _: arms))
+    skeleton = replace(skeleton_record(), muscles=tuple(rows))
+    return Anatomy(skeleton, {}, SimpleNamespace(gradients=lambda _: arms))
 
 
 @pytest.fixture

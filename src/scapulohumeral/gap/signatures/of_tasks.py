@@ -178,6 +178,8 @@ def _signatures(
         else record_derivative(effect, at[effect.label], anchor)
         for effect in effects
     ]
+    if not conditions:
+        return tuple(tuple(directly) for _ in by_stiffness)
     found = []
     for person in by_stiffness:
         # Back-substituted together: the factors are read once for all.

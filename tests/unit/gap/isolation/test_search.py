@@ -148,10 +148,10 @@ def test_what_predicts_nothing_is_not_solved_again(monkeypatch):
 def test_without_reference_trials_errors_of_the_record_are_not_solved_again(monkeypatch):
     """The prediction follows them: they are small, so linear."""
     same = residual(LOOSE[2].slope @ np.ones(LOOSE[2].slope.shape[1]) + noise(1))
-    for referenced, expected in ((True, [GAIN.label]), (False, [])):
+    for referenced in (True, False):
         asked = solving(monkeypatch, 9.0)
         fit_all(bare(same, referenced=referenced), None, 1, [])
-        assert [label for label, *_ in asked] == expected
+        assert (GAIN.label in [label for label, *_ in asked]) is referenced
 
 
 def test_effects_that_are_paired_act_on_one_person(evidence, monkeypatch):

@@ -40,6 +40,7 @@ def runs(monkeypatch):
 
     fits = iter(range(100))
     monkeypatch.setattr(nominal, "_run_opensim", run)
+    monkeypatch.setattr(nominal, "read_record", lambda path: path)
     monkeypatch.setattr(
         nominal, "fit_muscle_geometry", lambda *_: SimpleNamespace(geometry=next(fits))
     )

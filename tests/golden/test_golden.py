@@ -80,7 +80,7 @@ def changed(document: dict, place: tuple, factor: float) -> dict:
         ("candidates", 0, "parameters", 0, "value"),
         ("regions", "shows", 0, "effect"),
         ("shrinkage", "in_sample", "value"),
-        ("none_p",),
+        ("candidates", 1, "p"),
     ],
     ids=lambda place: ".".join(map(str, place)),
 )

@@ -143,7 +143,7 @@ def test_whatever_a_diagnosis_reads_reruns_it(
 
 def test_settings_of_diagnoses_rerun_them_alone(finished: Path, rerun: Rerun) -> None:
     path = finished / "config/gap/settings.yaml"
-    path.write_text(path.read_text(encoding="utf-8").replace("short_list: 3", "short_list: 2"))
+    path.write_text(path.read_text(encoding="utf-8").replace("short_list: 6", "short_list: 2"))
     assert rerun() == {GAP, "results/gap/par1/report.html", "results/gap/par1/config.yaml"}
 
 

@@ -34,6 +34,10 @@ COMPARED_VARIANTS = 15
 DISAGREEING = 0.01
 # Kinds of channels by which an effect on the body is told from another movement.
 TELLING = ("emg", "contact_force")
+NOTHING_HELD_OUT = (
+    "no cause can be proven: there is no trial or task to leave out, or over all channels the gap "
+    "there hardly exceeds what differs without a cause"
+)
 NOT_TOLD = (
     "motion alone cannot tell another movement from what acts on the body: people keep a movement "
     "against it, or choose another. Record EMG or joint force"
@@ -170,7 +174,9 @@ def _unproven(explained: Explained | None, agreement: float | None) -> str:
         return ""
     shares = explained.shrinkage
     held_out = shares.new_task or shares.held_out_trial
-    if held_out is not None and held_out.value <= 0.0:
+    if held_out is None:
+        return NOTHING_HELD_OUT
+    if held_out.value <= 0.0:
         where = "task" if shares.new_task else "trial"
         return (
             f"the most probable cause removes nothing of the gap on a {where} left out of the fit"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from places import REPOSITORY
 
@@ -78,6 +79,18 @@ def surface(
     return WrapRecord(
         name, kind, body, tuple(map(float, centre)), STRAIGHT, "all", dimensions, scaled
     )
+
+
+def uneven_record() -> ModelRecord:
+    """The same with joints that lie on no axis."""
+    record = skeleton_record()
+    places = {
+        "sc1": [0.02, 0.01, 0.03],
+        "ac1": [0.16, -0.02, 0.01],
+        "gh1": [-0.01, -0.05, 0.02],
+    }
+    moved = {name: joint(place) for name, place in places.items()}
+    return replace(record, joints={**record.joints, **moved})
 
 
 def skeleton_record() -> ModelRecord:

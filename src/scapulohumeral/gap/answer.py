@@ -146,7 +146,7 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
         {judged.best.label: judged.agreement},
         evidence.residual,
         left,
-        evidence.settings.weighing.temperature,
+        judged.temperature,
     )
 
 
@@ -160,7 +160,7 @@ def _next_trial(found: Findings) -> NextTrial | None:
         judged.groups[0],
         found.evidence.residuals[judged.best.moved_deg],
         settings.signature_error,
-        settings.weighing.temperature,
+        judged.temperature,
     )
 
 

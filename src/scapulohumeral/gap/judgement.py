@@ -58,6 +58,7 @@ class Judged:
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     explained : how far the best shrinks the gap; None without a gap
     undecided : why no cause is named; empty if one is
+    temperature : by which all evidence was divided on the whole
     """
 
     fits: Sequence[Fit]
@@ -71,6 +72,7 @@ class Judged:
     by_task: list[tuple[str, float, float]]
     explained: Explained | None
     undecided: str
+    temperature: float
 
 
 def judge(
@@ -96,9 +98,19 @@ def judge(
         p = p.doubted(best.label) if unproven else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
-    groups = isolability.classes(likely, apart)
     return Judged(
-        fits, scores, best, p, likely, apart, groups, agreement, by_task, explained, undecided
+        fits=fits,
+        scores=scores,
+        best=best,
+        p=p,
+        likely=likely,
+        apart=apart,
+        groups=isolability.classes(likely, apart),
+        agreement=agreement,
+        by_task=by_task,
+        explained=explained,
+        undecided=undecided,
+        temperature=weighing.temperature,
     )
 
 

@@ -55,6 +55,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     SolveError                       a nominal movement cannot be solved
     """
     warnings: list[str] = []
+    weighing = settings.weighing
     if case.participant.emg_channels and not case.channels:
         warnings.append("EMG is left out: no channel of the participant is in every trial")
     records = read_records(case, model, settings, warnings)
@@ -75,7 +76,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     explanations = screened_only(evidence)
     if is_there.present:
         explanations = fit_all(evidence, model, case.threads, warnings)
-    judged = judge(evidence, explanations, is_there.present, settings.weighing, case.seed)
+    judged = judge(evidence, explanations, is_there.present, weighing, case.seed)
     told = answer(Findings(case, records, evidence, is_there, found, judged), warnings)
     rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(

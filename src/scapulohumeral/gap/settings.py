@@ -63,14 +63,6 @@ class NoisePrior(Section):
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     repeats: Annotated[Real, key("Repeats that this knowledge is worth [1].", gt=0, le=100)]
 
-    def deviation(self, channel: str) -> float:
-        """Standard deviation of a channel, in its unit."""
-        if channel.startswith("EMG_"):
-            return self.emg
-        if channel.startswith("GHF_"):
-            return self.contact_N
-        return float(getattr(self.kinematics_deg, channel.split("_")[0]))
-
 
 @dataclass(frozen=True)
 class ModelSpread(Section):
@@ -80,12 +72,6 @@ class ModelSpread(Section):
     emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
-
-    def deviation(self, channel: str) -> float:
-        """Standard deviation of a channel, in its unit."""
-        if channel.startswith("EMG_"):
-            return self.emg
-        return self.contact_N if channel.startswith("GHF_") else self.kinematics_deg
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,27 @@ def named_rows(table: pd.DataFrame) -> list[Any]:
     return list(table.itertuples(index=False))
 
 
+def solves(table: pd.DataFrame, names: Sequence[str], digits: int) -> Table:
+    """Rows of solves as text; marked: not converged.
+
+    Parameters
+    ----------
+    table : with a column "status"
+    names : columns of words, which come first; all others hold numbers
+    digits : significant ones
+    """
+    numbers = [column for column in table.columns if column not in names]
+    rows = [
+        (
+            *("" if pd.isna(row[name]) else str(row[name]) for name in names),
+            *("" if pd.isna(row[key]) else f"{row[key]:.{digits}g}" for key in numbers),
+        )
+        for row in table.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
+    return Table((*names, *numbers), rows, flagged)
+
+
 def number_or_none(value: float, digits: int = 2) -> str:
     """A number as text; "none" for what is not a number."""
     return "none" if np.isnan(value) else f"{value:.{digits}f}"

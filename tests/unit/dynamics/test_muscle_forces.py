@@ -1,10 +1,8 @@
 """Muscle forces: derivatives by differences, work by hand, straight paths by plain geometry."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from skeleton import joint, muscle, skeleton_record
+from skeleton import muscle, uneven_record
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
@@ -129,15 +127,7 @@ def test_tension_acts_along_the_gradient_of_length(forces, muscles, state):
     np.testing.assert_allclose(forces.generalised(q, u, a, muscles), expected, rtol=1e-12)
 
 
-RECORD = replace(
-    skeleton_record(),
-    joints={
-        **skeleton_record().joints,
-        "sc1": joint([0.02, 0.01, 0.03]),
-        "ac1": joint([0.16, -0.02, 0.01]),
-        "gh1": joint([-0.01, -0.05, 0.02]),
-    },
-)
+RECORD = uneven_record()
 
 
 def straight_muscle(first, second):

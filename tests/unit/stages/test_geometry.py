@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from skeleton import joint, muscle, skeleton_record
+from skeleton import muscle, uneven_record
 
 from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.muscle_paths.fit import FitSettings
@@ -20,14 +20,7 @@ from scapulohumeral.stages import geometry
 
 pytestmark = pytest.mark.unit
 
-RECORD = replace(
-    skeleton_record(),
-    joints={
-        "sc1": joint([0.02, 0.01, 0.03]),
-        "ac1": joint([0.16, -0.02, 0.01]),
-        "gh1": joint([-0.01, -0.05, 0.02]),
-    },
-)
+RECORD = uneven_record()
 ANGLES = np.random.default_rng(1).uniform(-0.9, 0.9, (12, 10))
 STEP = 1e-6
 

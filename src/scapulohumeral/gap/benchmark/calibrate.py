@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
 from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import read_table
@@ -181,26 +182,16 @@ def left_out(cases: Sequence[OpenCase], start: Weighing) -> list[tuple[OpenCase,
     return found
 
 
-def reliability(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[dict[str, float]]:
-    """Mean probability of the first family and how often it was right, in bins of equal count."""
+def first_families(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[tuple[float, bool]]:
+    """Probability of the first family of each case, and whether it is right."""
     pairs = []
     for case, weighing in judged:
-        p = case.probabilities(weighing)
-        total: dict[str, float] = {NONE: p.none, NO_GAP: p.no_gap}
-        for label, value in p.labels.items():
-            total[family(label)] = total.get(family(label), 0.0) + value
-        first = max(total, key=lambda name: total[name])
-        right = first == (case.truth if case.truth in (NONE, NO_GAP) else family(case.truth))
-        pairs.append((total[first], right or (first == NO_GAP and not case.shown)))
-    parts = np.array_split(np.array(sorted(pairs), dtype=float), min(BINS, len(pairs)))
-    return [
-        {
-            "p": round(float(b[:, 0].mean()), 4),
-            "right": round(float(b[:, 1].mean()), 4),
-            "n": len(b),
-        }
-        for b in parts
-    ]
+        found = case.probabilities(weighing)
+        by_label = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+        first, p = next(iter(of_families(by_label).items()))
+        right = first == family(case.truth)
+        pairs.append((p, right or (first == NO_GAP and not case.shown)))
+    return pairs
 
 
 def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path) -> Weighing:
@@ -215,8 +206,7 @@ def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path
     cases = read_open_cases(draws)
     judged = left_out(cases, start)
     found = fitted(cases, start)
-    bins = reliability(judged)
-    error = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins) / len(judged)
+    bins = reliability(first_families(judged), BINS)
     scores = [np.log(max(case.p_truth(weighing), FLOOR)) for case, weighing in judged]
     document = {
         "schema": SCHEMA,
@@ -226,7 +216,7 @@ def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path
             "by": "draw" if len(draws) > 1 else "fifth",
             "log_score": round(float(np.mean(scores)), 4),
             "log_score_with_weights_before": round(log_score(cases, start), 4),
-            "calibration_error": round(float(error), 4),
+            "calibration_error": calibration_error(bins),
             "reliability": bins,
         },
         "before": asdict(start),

@@ -28,10 +28,7 @@ def probabilities(answer: Mapping[str, Any]) -> dict[str, float]:
 
 def family_probabilities(answer: Mapping[str, Any]) -> dict[str, float]:
     """The same summed over members, largest first."""
-    total: dict[str, float] = {}
-    for label, p in probabilities(answer).items():
-        total[family(label)] = total.get(family(label), 0.0) + p
-    return dict(sorted(total.items(), key=lambda item: -item[1]))
+    return of_families(probabilities(answer))
 
 
 def area_under_curve(high: Sequence[float], low: Sequence[float]) -> float | None:
@@ -40,6 +37,34 @@ def area_under_curve(high: Sequence[float], low: Sequence[float]) -> float | Non
         return None
     gap = np.subtract.outer(np.array(high), np.array(low))
     return float(np.mean((gap > 0) + 0.5 * (gap == 0)))
+
+
+def reliability(pairs: Sequence[tuple[float, bool]], bins: int) -> list[dict[str, float]]:
+    """Mean probability and how often it was right, in bins of equal count.
+
+    `pairs` are the probability of each answer, and whether it was right.
+    """
+    parts = np.array_split(np.array(sorted(pairs), dtype=float).reshape(-1, 2), bins)
+    return [
+        {"p": round(float(part[:, 0].mean()), 4), "right": round(float(part[:, 1].mean()), 4),
+         "n": len(part)}
+        for part in parts
+        if len(part)
+    ]  # fmt: skip
+
+
+def calibration_error(bins: Sequence[Mapping[str, float]]) -> float:
+    """Expected calibration error of the bins of :func:`reliability`."""
+    off = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins)
+    return round(float(off / sum(b["n"] for b in bins)), 4)
+
+
+def of_families(probabilities: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of labels summed over members, largest first."""
+    total: dict[str, float] = {}
+    for label, p in probabilities.items():
+        total[family(label)] = total.get(family(label), 0.0) + p
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
 def _mean(values: Sequence[float]) -> float | None:

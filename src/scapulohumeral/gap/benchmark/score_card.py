@@ -16,8 +16,10 @@ from scapulohumeral.gap.benchmark.metrics import (
     _mean,
     _spread,
     area_under_curve,
+    calibration_error,
     family_probabilities,
     rate,
+    reliability,
 )
 from scapulohumeral.gap.benchmark.rules_of_thumb import control_shares
 from scapulohumeral.gap.benchmark.scored_case import (
@@ -142,15 +144,8 @@ def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         pairs.append((p, name == right))
     if not pairs:
         return {"ece": None, "n": 0, "bins": []}
-    parts = np.array_split(np.array(sorted(pairs), dtype=float), CALIBRATION_BINS)
-    bins = [
-        {"p": round(float(part[:, 0].mean()), 4), "right": round(float(part[:, 1].mean()), 4),
-         "n": len(part)}
-        for part in parts
-        if len(part)
-    ]  # fmt: skip
-    error = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins) / len(pairs)
-    return {"ece": round(float(error), 4), "n": len(pairs), "bins": bins}
+    bins = reliability(pairs, CALIBRATION_BINS)
+    return {"ece": calibration_error(bins), "n": len(pairs), "bins": bins}
 
 
 def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from math import comb, prod
 import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence
-from scapulohumeral.gap.recording.observables import difference
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.residual import Residual
 
@@ -65,9 +64,8 @@ def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:
     squares, picks = [], []
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
-        curves = np.stack([difference(one, records.anchors[task]) for one in trials])
         own = residual.part([task])
-        white = own.whiten(own.compress([curves]))
+        white = own.whiten(own.compress([records.about_anchor(task, trials)]))
         picks.append((len(trials), len(records.test[task])))
         squares.append(np.sum((white @ _signs(*picks[-1]).T) ** 2, axis=0))
     which = np.array(_arrangements(picks, seed)).T

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import bootstrap, norm, t
 
-from scapulohumeral.gap.recording.observables import difference
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Size
@@ -31,9 +30,7 @@ def sides(residual: Residual, records: Records) -> list[Side]:
     """Trials behind a comparison, about anything: only how they differ among each other counts."""
     return [
         {
-            task: residual.compress(
-                [np.stack([difference(one, records.anchors[task]) for one in side[task]])]
-            ).T
+            task: residual.compress([records.about_anchor(task, side[task])]).T
             for task in residual.tasks
         }
         for side in (records.test, records.reference)

@@ -4,23 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
+from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Setup
 from scapulohumeral.gap.effects.body import Body
+from scapulohumeral.gap.effects.cost_weight import WEIGHT
 from scapulohumeral.model.rotations import Array
-
-PARAMS = (
-    Param(
-        "weight_factor",
-        "1",
-        1.0,
-        0.05,
-        20.0,
-        3.0,
-        1.0,
-        "ASSUME: weights of a cost are tuned, not measured: known to an order of magnitude",
-        "log",
-    ),
-)
 
 
 @dataclass(frozen=True)
@@ -36,7 +23,7 @@ def members(setup: Setup) -> tuple[Effect, ...]:
     """The one member of the family."""
     return (
         StabilityWeight(
-            "control", "stability_weight", None, PARAMS, KINEMATICS,
+            "control", "stability_weight", None, (WEIGHT,), KINEMATICS,
             ("glenoid_orientation", "co_contraction"),
             "measured joint force: its direction at the same torque",
         ),

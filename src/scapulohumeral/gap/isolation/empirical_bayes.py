@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +92,7 @@ class Evidence:
         """All that is supposed of the person."""
         return [Supposition(f, size) for f in self.known for size in self.residuals]
 
-    @property
+    @cached_property
     def screened(self) -> list[Fit]:
         """Effects fitted to derivatives, each under its most probable supposition."""
         return integrated((f for fits in self.fits.values() for f in fits), self.suppositions)
@@ -216,13 +217,10 @@ def _with_fits(evidence: Evidence, suppositions: Sequence[Supposition]) -> Evide
 
 def of_person(fits: Fits, one: Supposition) -> tuple[Fit, ...]:
     """Fits of all effects under a supposition, those on the record included."""
-    own = {f.label for f in fits[one]}
-    alike = (s for s in fits if s.moved_deg == one.moved_deg and s != one)
-    return (*fits[one], *(f for s in alike for f in fits[s] if not _body(f) and f.label not in own))
-
-
-def _body(fitted: Fit) -> bool:
-    return fitted.hypothesis.effects[0].changes_body
+    # Effects on the record were fitted with the loosest stiffness alone.
+    loosest = one._replace(stiffness=min(s.stiffness for s in fits))
+    record = (f for f in fits[loosest] if not f.hypothesis.effects[0].changes_body)
+    return fits[one] if one == loosest else (*fits[one], *record)
 
 
 def _density(evidence: Evidence) -> float:

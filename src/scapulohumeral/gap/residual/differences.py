@@ -47,6 +47,10 @@ class Records:
     sensors: SensorSetup
     channels: tuple[str, ...]
 
+    def about_anchor(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
+        """Curves (L, N, K) of trials of a task relative to its mean record."""
+        return np.stack([difference(one, self.anchors[task]) for one in trials])
+
 
 def read_records(
     case: Case, model: ParticipantModel, settings: GapSettings, warnings: list[str]
@@ -117,7 +121,7 @@ def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings)
         task: Repeats(
             anchor,
             tuple(
-                np.stack([difference(one, anchor) for one in side[task]])
+                records.about_anchor(task, side[task])
                 for side in (records.test, records.reference)
                 if side
             ),

@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.observables import channel_kind, channel_rates
 from scapulohumeral.gap.residual.residual import Residual, compress
-from scapulohumeral.gap.settings import ModelSpread, NoisePrior
+from scapulohumeral.gap.settings import JointSpread, ModelSpread, NoisePrior
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 # No coefficient of a channel varies less than this share of what other people's do: rounding is no
@@ -128,13 +128,26 @@ def _expected(
     mean: Observation, channels: Sequence[str], functions: np.ndarray, prior: NoisePrior
 ) -> np.ndarray:
     """Covariance (K B, K B) of one trial as repeats of other people have it."""
-    levels = np.array([prior.deviation(name) for name in channels])
+    levels = np.array([deviation(prior, name) for name in channels])
     if mean.emg is not None:
         heights = np.sqrt(np.mean(mean.emg**2, axis=0))
         of_emg = [channel_kind(name) == "emg" for name in channels]
         levels[of_emg] = np.hypot(levels[of_emg], prior.emg_relative * heights)
     columns = timing(mean, functions, prior.phase_shift)
     return np.diag(_variances(levels, functions, 1.0).ravel()) + columns @ columns.T
+
+
+def deviation(spread: NoisePrior | ModelSpread, channel: str) -> float:
+    """Standard deviation of a channel, in its unit."""
+    kind = channel_kind(channel)
+    if kind == "emg":
+        return spread.emg
+    if kind == "contact_force":
+        return spread.contact_N
+    joints = spread.kinematics_deg
+    if isinstance(joints, JointSpread):
+        return float(getattr(joints, channel.split("_")[0]))
+    return joints
 
 
 def timing(mean: Observation, functions: np.ndarray, phase_shift: Sequence[float]) -> np.ndarray:
@@ -199,7 +212,7 @@ def total_covariance(
     total += share**2 * session @ session.T
     if model is not None:
         spread, channels = model
-        levels = np.array([spread.deviation(name) for name in channels])
+        levels = np.array([deviation(spread, name) for name in channels])
         variances = _variances(levels, functions, 2.0)
         total += np.diag(np.tile(variances.ravel(), len(signatures)))
     return total

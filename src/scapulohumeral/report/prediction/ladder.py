@@ -22,7 +22,7 @@ from scapulohumeral.quantities.segment_angles import (
 )
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.against import Predicted
-from scapulohumeral.report.tables import Table
+from scapulohumeral.report.tables import Table, solves
 
 WHOLE_RISE = "start-90"
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")
@@ -159,13 +159,4 @@ def _change(after: np.ndarray, before: np.ndarray) -> float:
 
 def ladder_rows(table: pd.DataFrame) -> Table:
     """All rungs as text; marked: not converged."""
-    numbers = [column for column in table.columns if column not in NAMES]
-    rows = [
-        (
-            *(str(row[name]) for name in NAMES),
-            *("" if pd.isna(row[key]) else f"{row[key]:.3g}" for key in numbers),
-        )
-        for row in table.to_dict("records")
-    ]
-    flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
-    return Table((*NAMES, *numbers), rows, flagged)
+    return solves(table, NAMES, 3)

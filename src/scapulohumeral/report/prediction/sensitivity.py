@@ -23,7 +23,7 @@ from scapulohumeral.quantities.segment_angles import (
 )
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.against import Predicted
-from scapulohumeral.report.tables import Table
+from scapulohumeral.report.tables import Table, solves
 
 # Elevations of the rising arm at which upward rotation is compared [deg].
 LEVELS_DEG = (15.0, 45.0, 70.0)
@@ -154,13 +154,4 @@ def _draw_bars(
 
 def sensitivity_rows(table: pd.DataFrame) -> Table:
     """All cases as text; marked: not converged."""
-    numbers = [column for column in table.columns if column not in NAMES]
-    rows = [
-        (
-            *("" if pd.isna(row[name]) else str(row[name]) for name in NAMES),
-            *("" if pd.isna(row[key]) else f"{row[key]:.4g}" for key in numbers),
-        )
-        for row in table.to_dict("records")
-    ]
-    flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
-    return Table((*NAMES, *numbers), rows, flagged)
+    return solves(table, NAMES, 4)

@@ -13,6 +13,7 @@ from scapulohumeral.gap.detection.presence import Presence
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
     SensorSetup,
+    difference,
     mean,
     phase_functions,
 )
@@ -143,10 +144,8 @@ def test_the_first_arrangement_is_the_recorded_one():
     there = residual(some.test)
     expected = there.compress(
         [
-            np.mean([permutation.difference(one, some.anchors[task]) for one in some.test[task]], 0)
-            - np.mean(
-                [permutation.difference(one, some.anchors[task]) for one in some.reference[task]], 0
-            )
+            np.mean([difference(one, some.anchors[task]) for one in some.test[task]], 0)
+            - np.mean([difference(one, some.anchors[task]) for one in some.reference[task]], 0)
             for task in ("a", "b")
         ]
     )

@@ -19,6 +19,7 @@ from scapulohumeral.gap.residual.noise import (
     LEAST_SCALE,
     OWN_SHAPE,
     Repeats,
+    deviation,
     draws,
     timing,
     trial_noise,
@@ -31,7 +32,7 @@ pytestmark = pytest.mark.unit
 NAMES = (*KINEMATIC_CHANNELS, *CHANNELS)
 FUNCTIONS = phase_functions(NODES, 4)
 PRIOR = SETTINGS.noise
-LEVELS = np.array([PRIOR.deviation(name) for name in NAMES])
+LEVELS = np.array([deviation(PRIOR, name) for name in NAMES])
 STILL = replace(PRIOR, phase_shift=[1e-9])
 RECORD = small_record()
 

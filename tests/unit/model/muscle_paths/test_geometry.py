@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from skeleton import joint, muscle, skeleton_record
+from skeleton import joint, muscle, uneven_record
 
 from scapulohumeral.errors import ConfigError, ModelError
 from scapulohumeral.model.muscle_paths import fit as muscle_fit
@@ -15,14 +15,7 @@ from scapulohumeral.model.rotations import quaternion_to_matrix, rotation_vector
 
 pytestmark = pytest.mark.unit
 
-RECORD = replace(
-    skeleton_record(),
-    joints={
-        "sc1": joint([0.02, 0.01, 0.03]),
-        "ac1": joint([0.16, -0.02, 0.01]),
-        "gh1": joint([-0.01, -0.05, 0.02]),
-    },
-)
+RECORD = uneven_record()
 STRAIGHT_PAIRS = [
     ("thorax", "clavicle_r"),
     ("thorax", "scapula_r"),

@@ -43,6 +43,7 @@ SETTINGS = GapSettings(
     prior_no_gap=0.2,
     prior_none=0.1,
     prior_moved=0.1,
+    simulated=0.05,
     calibration="gap/calibration.json",
     null_bank="gap/no_bank.json",
     geometry={},

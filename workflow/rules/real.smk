@@ -96,6 +96,9 @@ rule diagnose_real_case:
     params:
         trials=lambda wildcards: REAL_TRIALS.patterns(wildcards.case),
         view=lambda wildcards: REAL.cases[wildcards.case].view,
+        simulated=lambda wildcards: (
+            "--simulated" if REAL.cases[wildcards.case].kind == "simulation" else ""
+        ),
     threads: 1
     resources:
         mem_mb=4000,
@@ -104,7 +107,7 @@ rule diagnose_real_case:
         "Real case {wildcards.case}"
     shell:
         "(python -m scapulohumeral.gap.cli gap diagnose {params.trials[test]}"
-        " --reference {params.trials[reference]} --participant {input.participant} --view {params.view}"
+        " --reference {params.trials[reference]} --participant {input.participant} --view {params.view} {params.simulated}"
         " --config {input.config} --settings {input.settings} --threads {threads}"
         " --out $(dirname {output.result})"
         " || [ $? -eq 3 ]) > {log.python} 2>&1"

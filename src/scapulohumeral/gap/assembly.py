@@ -18,6 +18,7 @@ from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.recording.marks import unmeasured_segments
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
 from scapulohumeral.gap.residual.residual import compress
@@ -37,7 +38,9 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
         case.channels,
         case.participant.neighbours,
         case.has_contact,
-        referenced=bool(case.reference),
+        referenced=bool(case.reference) and not settings.of_simulations,
+        simulated=settings.of_simulations,
+        unmeasured=frozenset(unmeasured_segments(case.trials)),
     )
     return library(setup)
 
@@ -83,7 +86,9 @@ def assemble(
     whole, trials = differences(records, signatures, noise, functions)
     reserved = settings.prior_no_gap + settings.prior_none + settings.prior_moved
     single = priors.priors(effects, reserved)
-    stiffnesses = STIFFNESSES if records.reference else STIFFNESSES[:1]
+    # A simulation gives way as its model says; without reference trials nothing tells.
+    chosen = bool(records.reference) and not settings.of_simulations
+    stiffnesses = STIFFNESSES if chosen else STIFFNESSES[:1]
     evidence = Evidence(
         residuals={0.0: whole},
         cautious=whole,

@@ -78,6 +78,10 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
         help="compare with the tracked motion, or with scapula and clavicle predicted from the "
         "humerus (default tracking)",
     )  # fmt: skip
+    add(
+        "--simulated", action="store_true",
+        help="trials are simulations: no scatter between repeats, no errors of measurement",
+    )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
     add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study")
@@ -101,6 +105,7 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         command=command,
         view=options.view,
         settings=options.settings,
+        simulated=options.simulated,
     )
     return run(request)
 

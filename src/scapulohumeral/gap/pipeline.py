@@ -40,6 +40,10 @@ NO_BANK_OF_PREDICTIONS = (
     "compared with scapula and clavicle predicted from the humerus: the null bank holds tracked "
     "movements only, so thresholds come from the noise alone"
 )
+OF_SIMULATIONS = (
+    "trials are simulations, as was asked for: they are taken to differ by next to nothing without "
+    "a cause, and no error of measurement is considered"
+)
 
 
 def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
@@ -61,7 +65,9 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS
-    if settings.view == "tracking":
+    if settings.of_simulations:
+        reason = OF_SIMULATIONS
+    elif settings.view == "tracking":
         bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
     kind = mode, bool(case.channels), case.has_contact
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)

@@ -67,7 +67,7 @@ class Request:
     """What the command was asked for; `participant` None: beside the test files.
 
     `config`: of the study, `settings`: of diagnoses. `view` says whether trials are compared with
-    the tracked or the predicted motion.
+    the tracked or the predicted motion, `simulated` whether they are simulations.
     """
 
     tests: tuple[Path, ...]
@@ -81,6 +81,7 @@ class Request:
     command: str
     view: View = "tracking"
     settings: Path = SETTINGS
+    simulated: bool = False
 
 
 def run(request: Request) -> int:
@@ -132,8 +133,6 @@ def read_case(request: Request, config: Config) -> Case:
     case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
     check_tasks(case)
     check_channels(case)
-    # Read again when the answer is written: one that cannot be read is refused now.
-    unmeasured(case)
     for note in case.notes:
         log.info("%s", note)
     return case
@@ -151,7 +150,7 @@ def _answer(request: Request, case: Case, config: Config) -> int:
         settings = ModelSettings.of(config)
         model = participant_model(case, settings, request.cache)
         log.info("model %s", model.hash)
-        diagnosis = diagnose(case, model, read_settings(config, request.view))
+        diagnosis = diagnose(case, model, read_settings(config, request.view, request.simulated))
     except (ConfigError, DataError, ModelError):
         raise
     except Exception as error:
@@ -202,7 +201,7 @@ def _completed(
         diagnosis,
         mode=case.mode,
         inputs=describe_inputs(case),
-        warnings=(*diagnosis.warnings, *unmeasured(case)),
+        warnings=(*diagnosis.warnings, *unmeasured(case.trials)),
         hashes=hashes,
     )
 

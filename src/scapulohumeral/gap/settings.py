@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -122,6 +122,9 @@ class _Keys(Section):
             pattern=r"^[A-Za-z0-9_./-]+[.]json$",
         ),
     ]
+    simulated: Annotated[
+        Real, key("Share of session and noise between simulations [1].", gt=0, le=1)
+    ]
     session: Annotated[
         SessionSpread, key("Standard deviations of what changes between two recordings.")
     ]
@@ -152,11 +155,13 @@ class GapSettings(_Keys):
     geometry : keys of section `geometry` that differ for the models of cases
     weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     view : what the nominal model does
+    of_simulations : whether the trials are simulations, which have no markers and do not scatter
     """
 
     geometry: Mapping[str, Any]
     weights: Mapping[str, float]
     view: View = "tracking"
+    of_simulations: bool = False
 
     def __post_init__(self) -> None:
         """Refuse contradictions."""
@@ -195,12 +200,16 @@ def with_settings(config: Mapping[str, Any], settings: Path) -> dict[str, Any]:
     return {**config, "gap": section}
 
 
-def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSettings:
+def read_settings(
+    config: Mapping[str, Any], view: View = "tracking", of_simulations: bool = False
+) -> GapSettings:
     """Settings of a configuration; predictions have the weights of the study's healthy ones.
 
     Parameters
     ----------
     config : as of :func:`read_diagnosis_config`, or its :func:`sections_read`
+    view : what the nominal model does
+    of_simulations : whether the trials are simulations
 
     Raises
     ------
@@ -211,12 +220,24 @@ def read_settings(config: Mapping[str, Any], view: View = "tracking") -> GapSett
     if view == "prediction":
         stability = config["prediction"]["conditions"]["healthy"]["w_gh"]
     shared = {field.name: getattr(section, field.name) for field in fields(_Keys)}
+    if of_simulations:
+        noise = _scaled(section.noise, section.simulated)
+        shared["noise"] = replace(noise, repeats=section.noise.repeats)
+        shared["session"] = _scaled(section.session, section.simulated)
     return GapSettings(
         **shared,
         geometry=asdict(section.geometry),
         weights={**config["weights"][view], "stability": stability},
         view=view,
+        of_simulations=of_simulations,
     )
+
+
+def _scaled(value: Any, share: float) -> Any:
+    """Standard deviations of a section, or a list of them, times a share."""
+    if isinstance(value, Section):
+        return replace(value, **{k: _scaled(v, share) for k, v in vars(value).items()})
+    return [share * v for v in value] if isinstance(value, list) else share * value
 
 
 def sections_read(config: Mapping[str, Any], *views: View) -> dict[str, Any]:

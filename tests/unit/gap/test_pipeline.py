@@ -19,7 +19,7 @@ from scapulohumeral.gap.benchmark import hidden_task
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.detection.size import NO_INTERVAL
 from scapulohumeral.gap.effects.base import Setup
-from scapulohumeral.gap.effects.library import EMG_FAMILIES, library
+from scapulohumeral.gap.effects.library import NEEDING, library
 from scapulohumeral.gap.isolation import empirical_bayes, pairs, search
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.labels import MOVED
@@ -104,7 +104,9 @@ def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_
         task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures,
         intended=made_up_movement(channels), posture=none,
         session=session, followed=tuple(0.0 * s for s in signatures[0]),
-        followed_session=0.0 * session, slack=slack, levers=levers,
+        followed_session=0.0 * session,
+        unmeasured=none[:0], followed_unmeasured=none[:0],
+        slack=slack, levers=levers,
         needed=np.zeros((NODES - 1, 10)), drive=no_drive(NODES, 3),
     )  # fmt: skip
 
@@ -445,7 +447,7 @@ def test_a_cause_that_tasks_disagree_about_is_not_named():
 def test_missing_data_still_give_a_valid_answer(how):
     done = diagnosed(effect=RIGHT, **how)
     if not how.get("emg", True):
-        assert done.untestable == EMG_FAMILIES
+        assert done.untestable == tuple(e for e in NEEDING if e.startswith("measurement/e"))
         assert not done.gap.no_cost.tested
     if how.get("repeats") == 1:
         assert done.gap.floor_source == "configuration"

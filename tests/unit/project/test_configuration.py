@@ -134,5 +134,11 @@ def test_settings_of_a_view() -> None:
     assert predicted.weights.keys() - {"stability"} == config["weights"]["prediction"].keys()
     part = sections_read(config, "tracking")
     assert read_settings(part) == tracked
+    simulated = read_settings(part, of_simulations=True)
+    share = part["gap"]["simulated"]
+    assert simulated.noise.kinematics_deg.GH == share * tracked.noise.kinematics_deg.GH
+    assert simulated.noise.phase_shift[0] == share * tracked.noise.phase_shift[0]
+    assert simulated.noise.repeats == tracked.noise.repeats
+    assert simulated.session.frame_deg == share * tracked.session.frame_deg
     with pytest.raises(KeyError):
         read_settings(part, "prediction")

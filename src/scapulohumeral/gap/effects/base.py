@@ -78,6 +78,8 @@ class Setup:
     neighbours : pairs of channels between which cross-talk is considered
     contact : whether the joint force is recorded
     referenced : whether a person is compared with the same person, not with the model
+    simulated : whether the trials are simulations, which no measurement can spoil
+    unmeasured : segments that a rule stands for: an effect on their record alone cannot show
     """
 
     groups: tuple[str, ...]
@@ -85,6 +87,8 @@ class Setup:
     neighbours: tuple[tuple[str, str], ...]
     contact: bool
     referenced: bool = False
+    simulated: bool = False
+    unmeasured: frozenset[str] = frozenset()
 
     @property
     def observables(self) -> frozenset[str]:

@@ -15,6 +15,7 @@ SOURCE = (
     "palpated landmarks move frames by 2 to 5 deg, wrong landmarks by up to 15 (de Groot 1997, "
     "Clin Biomech 12: 461-472)"
 )
+SEGMENTS = ("thorax", "scapula", "humerus")
 PARAMS = tuple(Param(f"r{axis}_deg", "deg", 0.0, -15.0, 15.0, 6.0, 5.0, SOURCE) for axis in "xyz")
 
 
@@ -29,11 +30,12 @@ class FrameMisalignment(Effect):
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
-    """The three segments that markers define."""
+    """The segments that markers define, of three at most."""
     return tuple(
         FrameMisalignment(
             "input", "frame_misalignment", name, PARAMS, KINEMATICS, ("thorax_tilt",),
             "a trial about a functional axis; a second plane",
         )
-        for name in ("thorax", "scapula", "humerus")
+        for name in SEGMENTS
+        if name not in setup.unmeasured
     )  # fmt: skip

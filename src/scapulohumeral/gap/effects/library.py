@@ -60,8 +60,10 @@ FAMILIES = (
     emg_crosstalk,
     emd,
 )
-# Labels of families whose members exist only with the channels that a case lacks.
-EMG_FAMILIES = (
+# Labels, or families of them, that exist only with channels or segments that a case may lack.
+NEEDING = (
+    "input/frame_misalignment/scapula",
+    "measurement/scapula_sta",
     "measurement/electrode_shift",
     "measurement/emd",
     "measurement/emg_crosstalk",
@@ -76,14 +78,17 @@ OF_THE_MODEL = (passive_girdle, rate_weight, serratus_path, stability_weight, th
 def library(setup: Setup) -> tuple[Effect, ...]:
     """All effects that the recorded observables can show, in a fixed order.
 
-    What the model itself may have wrong is the same on both sides of a comparison of one person.
+    What the model itself may have wrong is the same on both sides of a comparison of one person,
+    not of two simulations. These have no errors of measurement.
     """
     families = [f for f in FAMILIES if not (setup.referenced and f in OF_THE_MODEL)]
     every = (effect for family in families for effect in family.members(setup))
-    return tuple(effect for effect in every if effect.needs <= setup.observables)
+    shown = (effect for effect in every if effect.needs <= setup.observables)
+    return tuple(effect for effect in shown if effect.changes_body or not setup.simulated)
 
 
 def untestable(effects: Iterable[Effect]) -> tuple[str, ...]:
-    """Labels of the families of measurement that the recorded observables cannot show."""
-    present = {f"{effect.side}/{effect.family}" for effect in effects}
-    return tuple(label for label in EMG_FAMILIES if label not in present)
+    """Labels and families of measurement that the recorded observables cannot show."""
+    known = tuple(effects)
+    present = {f"{e.side}/{e.family}" for e in known} | {e.label for e in known}
+    return tuple(label for label in NEEDING if label not in present)

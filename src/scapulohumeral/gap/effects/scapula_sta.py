@@ -51,7 +51,9 @@ def sliding(elevation_rad: Array) -> Array:
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
-    """The one member of the family."""
+    """The one member of the family; none of a scapula that nobody measured."""
+    if "scapula" in setup.unmeasured:
+        return ()
     return (
         ScapulaSta(
             "measurement", "scapula_sta", None, PARAMS, KINEMATICS,

@@ -92,6 +92,11 @@ class Evidence:
         """All that is supposed of the person."""
         return [Supposition(f, size) for f in self.known for size in self.residuals]
 
+    @property
+    def movement_is_chosen(self) -> bool:
+        """Whether a person made both movements, who may keep them or make others."""
+        return self.referenced and not self.settings.of_simulations
+
     @cached_property
     def screened(self) -> list[Fit]:
         """Effects fitted to derivatives, each under its most probable supposition."""
@@ -172,7 +177,7 @@ def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
     )
     base = _with_sessions(evidence, evidence.residual)
     residuals = {0.0: base}
-    if evidence.referenced:
+    if evidence.movement_is_chosen:
         unit = other_movement(base, evidence.signatures, signature)
         for size in SIZES_DEG:
             covariance = base.covariance + size**2 * unit

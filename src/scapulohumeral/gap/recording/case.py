@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -20,6 +20,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.laboratory.trial import Channel
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array
 
@@ -63,6 +64,7 @@ class GapTrial:
     emg, contact : companions, None if not measured
     window_s : start and end of the movement, on the clock of `time_s`
     source : file that was read
+    rules : joint angle -> what it rests on, of those that nobody measured
     """
 
     name: str
@@ -74,6 +76,7 @@ class GapTrial:
     contact: ContactSeries | None
     window_s: tuple[float, float]
     source: Path
+    rules: Mapping[str, Channel] = field(default_factory=dict)
 
     @cached_property
     def smooth(self) -> Motion:
@@ -157,6 +160,11 @@ class Case:
         return "reference" if self.reference else "no_reference"
 
     @property
+    def trials(self) -> tuple[GapTrial, ...]:
+        """Trials of both sides."""
+        return (*self.test, *self.reference)
+
+    @property
     def tasks(self) -> tuple[str, ...]:
         """Tasks of the test trials, in the order in which the trials come."""
         return tuple(dict.fromkeys(trial.task for trial in self.test))
@@ -164,14 +172,13 @@ class Case:
     @property
     def channels(self) -> tuple[str, ...]:
         """EMG channels that every trial has and the participant maps to muscles, alphabetically."""
-        trials = (*self.test, *self.reference)
-        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in trials]
+        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in self.trials]
         return tuple(sorted(set(self.participant.emg_channels).intersection(*recorded)))
 
     @property
     def has_contact(self) -> bool:
         """Whether every trial has a measured contact force."""
-        return all(trial.contact is not None for trial in (*self.test, *self.reference))
+        return all(trial.contact is not None for trial in self.trials)
 
 
 def make_case(
@@ -215,6 +222,8 @@ def trial_hash(trial: GapTrial) -> str:
         digest.update(" ".join(trial.emg.channels).encode())
     if trial.contact is not None:
         arrays += [trial.contact.time_s, trial.contact.force_N]
+    if trial.rules:
+        digest.update(repr(sorted(trial.rules.items())).encode())
     for array in arrays:
         digest.update(str(array.shape).encode())
         digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())

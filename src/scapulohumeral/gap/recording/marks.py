@@ -3,34 +3,39 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Sequence
 
-from scapulohumeral.gap.recording.case import Case
-from scapulohumeral.laboratory.record import read_channels
-from scapulohumeral.laboratory.trial import MEASURED, Channel
+from scapulohumeral.gap.recording.case import GapTrial
+from scapulohumeral.laboratory.trial import Channel
+
+# A segment is not measured if a rule stands for one of these angles: the others of its joint may be
+# rules of another segment's.
+TELLING_ANGLE = {"clavicle": "SC_z", "scapula": "GH_z"}
 
 
-def unmeasured(case: Case) -> tuple[str, ...]:
-    """A sentence per rule or constant that stands for joint angles.
+def unmeasured_segments(trials: Iterable[GapTrial]) -> dict[str, float]:
+    """Segments of the girdle that a rule stands for: standard deviations of their turns [deg]."""
+    found: dict[str, float] = {}
+    for trial in trials:
+        for segment, angle in TELLING_ANGLE.items():
+            rule = trial.rules.get(angle)
+            if rule is not None and rule.uncertainty_deg:
+                # Uncertainties are two standard deviations.
+                found[segment] = max(found.get(segment, 0.0), 0.5 * rule.uncertainty_deg)
+    return found
 
-    Parameters
-    ----------
-    case : trials with a record beside them are those that ``scapulohumeral convert`` has made
 
-    Raises
-    ------
-    DataError                        a record cannot be read
-    """
+def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:
+    """A sentence per rule or constant that stands for joint angles."""
     found: dict[Channel, dict[str, None]] = defaultdict(dict)
-    trials: dict[Channel, set[str]] = defaultdict(set)
-    for trial in (*case.test, *case.reference):
-        for angle, channel in read_channels(trial.source).items():
-            if channel.status != MEASURED:
-                found[channel][angle] = None
-                trials[channel].add(str(trial.source))
-    count = len(case.test) + len(case.reference)
+    having: dict[Channel, set[str]] = defaultdict(set)
+    for trial in trials:
+        for angle, channel in trial.rules.items():
+            found[channel][angle] = None
+            having[channel].add(str(trial.source))
     return tuple(
-        f"{', '.join(angles)} {channel.status}, not measured, in {len(trials[channel])} of {count} "
-        f"trials, off by up to about {channel.uncertainty_deg:.0f} deg: an effect on "
+        f"{', '.join(angles)} {channel.status}, not measured, in {len(having[channel])} of "
+        f"{len(trials)} trials, off by up to about {channel.uncertainty_deg:.0f} deg: an effect on "
         f"{'it' if len(angles) == 1 else 'them'} alone cannot be tested ({channel.rule})"
         for channel, angles in found.items()
     )

@@ -9,8 +9,8 @@ B phase functions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import dct
@@ -178,8 +178,10 @@ class SensorSetup:
     ----------
     channels : EMG channels; electrodes : (C, M) elements that they average
     contact : whether the joint force is recorded
+    unmeasured : segments that a rule stands for, and standard deviations of their turns [deg]
     """
 
     channels: tuple[str, ...]
     electrodes: Array
     contact: bool
+    unmeasured: Mapping[str, float] = field(default_factory=dict)

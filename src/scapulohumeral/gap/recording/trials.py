@@ -21,6 +21,8 @@ from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window
 from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
+from scapulohumeral.laboratory.record import read_channels
+from scapulohumeral.laboratory.trial import MEASURED
 from scapulohumeral.model.csv_table import check_increasing
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
@@ -133,6 +135,11 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
         contact=_contact(force_table, force_columns, window),
         window_s=window,
         source=path,
+        rules={
+            angle: channel
+            for angle, channel in read_channels(path).items()
+            if channel.status != MEASURED
+        },
     )
     used = {"time", *ANGLE_NAMES, *emg_columns, *force_columns}
     tables = {part.path: part for part in (table, emg_table, force_table) if part is not None}

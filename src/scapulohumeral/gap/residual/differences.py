@@ -16,6 +16,7 @@ from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case, GapTrial
+from scapulohumeral.gap.recording.marks import unmeasured_segments
 from scapulohumeral.gap.recording.observables import (
     SensorSetup,
     channel_names,
@@ -84,7 +85,9 @@ def read_records(
         test={task: test[task] for task in tasks},
         reference={task: reference[task] for task in tasks} if common else {},
         anchors={task: mean(base[task]) for task in tasks},
-        sensors=SensorSetup(case.channels, electrodes, case.has_contact),
+        sensors=SensorSetup(
+            case.channels, electrodes, case.has_contact, unmeasured_segments(case.trials)
+        ),
         channels=channel_names(case.channels, case.has_contact),
     )
 

@@ -200,7 +200,7 @@ def total_covariance(
     Parameters
     ----------
     noise : (D, D) of the mean differences between repeats
-    signatures : of the tasks, with nuisances
+    signatures : of the tasks, with nuisances and what nobody measured
     functions : (N, B)
     model : spread of the model's own error and names of the channels; None with reference trials
     share : of the nuisances' standard deviations
@@ -208,6 +208,9 @@ def total_covariance(
     total = noise.copy()
     posture = [compress([of_task.posture], functions) for of_task in signatures]
     total += share**2 * block_diag(*(columns @ columns.T for columns in posture))
+    # Not a matter of sessions: no share of it is taken.
+    unmeasured = [compress([of_task.unmeasured], functions) for of_task in signatures]
+    total += block_diag(*(columns @ columns.T for columns in unmeasured))
     session = compress([of_task.session for of_task in signatures], functions)
     total += share**2 * session @ session.T
     if model is not None:

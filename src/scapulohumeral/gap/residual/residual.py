@@ -178,5 +178,6 @@ def compress(curves: Sequence[np.ndarray], functions: np.ndarray) -> np.ndarray:
     parts = []
     for curve in curves:
         coefficients = np.einsum("nb,...nk->kb...", functions, curve)
-        parts.append(coefficients.reshape(-1, *curve.shape[:-2]))
+        size = curve.shape[-1] * functions.shape[1]
+        parts.append(coefficients.reshape(size, *curve.shape[:-2]))
     return np.concatenate(parts)

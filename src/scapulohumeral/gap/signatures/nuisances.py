@@ -5,6 +5,7 @@ Letters: R nuisances.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.model.rotations import Array
 
 # Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
 SMOOTH = 4
@@ -32,14 +34,12 @@ def session_records(anchor: Observation, settings: GapSettings) -> list[Observat
 
     Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.
     """
-    s, nodes = settings.session, len(anchor.pose)
+    s = settings.session
     records = []
     for segment in FRAME_SEGMENTS:
         for vector in np.deg2rad(s.frame_deg) * np.eye(3):
             records.append(replace(anchor, pose=turn_frame(anchor.pose, segment, vector)))
-    for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
-        vectors = np.deg2rad(s.clavicle_axial_deg) * shape[:, None] * np.eye(3)[0]
-        records.append(replace(anchor, pose=turn_frame(anchor.pose, "clavicle", vectors)))
+    records += _turned(anchor, "clavicle", s.clavicle_axial_deg, np.eye(3)[:1])
     if anchor.emg is not None:
         for k in range(len(anchor.channels)):
             one = np.eye(len(anchor.channels))[k]
@@ -48,3 +48,29 @@ def session_records(anchor: Observation, settings: GapSettings) -> list[Observat
         delay = Emd("measurement", "emd", None, DELAY, frozenset(), (), "")
         records.append(delay.observe(anchor, np.array([s.timing_ms])))
     return records
+
+
+def unmeasured_records(anchor: Observation, unmeasured: Mapping[str, float]) -> list[Observation]:
+    """Records (R) with one standard deviation of each turn of segments that nobody measured.
+
+    Parameters
+    ----------
+    anchor : record with rules in place of them
+    unmeasured : segment -> standard deviation of its turns, smooth over the movement [deg]
+    """
+    return [
+        record
+        for segment, deviation in unmeasured.items()
+        for record in _turned(anchor, segment, deviation, np.eye(3))
+    ]
+
+
+def _turned(
+    anchor: Observation, segment: str, deviation_deg: float, axes: Array
+) -> Iterator[Observation]:
+    """Records with a segment turned about each of its axes (A, 3), smoothly over the movement."""
+    nodes = len(anchor.pose)
+    for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
+        for axis in axes:
+            vectors = np.deg2rad(deviation_deg) * shape[:, None] * axis
+            yield replace(anchor, pose=turn_frame(anchor.pose, segment, vectors))

@@ -28,7 +28,12 @@ from scapulohumeral.gap.recording.observables import (
 )
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.linearise import DOF, Linearised, _followed, record_derivative
-from scapulohumeral.gap.signatures.nuisances import SMOOTH, SMOOTH_SHARES, session_records
+from scapulohumeral.gap.signatures.nuisances import (
+    SMOOTH,
+    SMOOTH_SHARES,
+    session_records,
+    unmeasured_records,
+)
 from scapulohumeral.model.rotations import (
     Array,
 )
@@ -55,8 +60,11 @@ class TaskSignatures:
     intended : (10, B, N, K) change per degree of each smooth change of the motion that was intended
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
-    followed, followed_session : change of the prediction by effects on the record, (P, N, K) each,
-        and by the session's nuisances, (R, N, K), once the changed record is the one to track
+    unmeasured : (R, N, K) change per standard deviation of each turn of a segment that a rule
+        stands for
+    followed, followed_session, followed_unmeasured : change of the prediction by effects on the
+        record, (P, N, K) each, by the session's nuisances and by those turns, (R, N, K), once the
+        changed record is the one to track
     slack : (10, F, N, K) change per N m of each smooth generalised force
     levers : (N - 1, 10, M) generalised forces of full activations at mesh midpoints [N m]
     needed : (N - 1, 10) generalised forces that the muscles have to produce there [N m]
@@ -71,8 +79,10 @@ class TaskSignatures:
     intended: Array
     posture: Array
     session: Array
+    unmeasured: Array
     followed: tuple[Array, ...]
     followed_session: Array
+    followed_unmeasured: Array
     slack: Array
     levers: Array
     needed: Array
@@ -88,6 +98,7 @@ class TaskSignatures:
                 for effects in self.effects
             ),
             session=self.session - self.followed_session,
+            unmeasured=self.unmeasured - self.followed_unmeasured,
         )
 
 
@@ -124,6 +135,10 @@ def task_signatures(
     intended = by_stiffness[-1].intended(max(settings.phase_functions, SMOOTH))
     levers, needed = _balance(move, point)
     sessions = session_records(anchor, settings)
+    records = [*sessions, *unmeasured_records(anchor, sensors.unmeasured)]
+    changes = np.stack([difference(one, anchor) for one in records])
+    following = local.following([(one, anchor) for one in records], 1.0)
+    nuisance, unmeasured = slice(len(sessions)), slice(len(sessions), None)
     return TaskSignatures(
         task=task,
         anchor=anchor,
@@ -132,9 +147,11 @@ def task_signatures(
         effects=_signatures(by_stiffness, effects, anchor),
         intended=intended,
         posture=settings.session.posture_deg * _varying(intended),
-        session=np.stack([difference(one, anchor) for one in sessions]),
+        session=changes[nuisance],
+        unmeasured=changes[unmeasured],
         followed=tuple(_followed(local, effect, anchor) for effect in effects),
-        followed_session=local.following([(one, anchor) for one in sessions], 1.0),
+        followed_session=following[nuisance],
+        followed_unmeasured=following[unmeasured],
         slack=local.slack(),
         levers=levers,
         needed=needed,

@@ -15,7 +15,7 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.external_force import POINTS
 from scapulohumeral.gap.effects.frames import elevation
-from scapulohumeral.gap.effects.library import EMG_FAMILIES, FAMILIES, library, untestable
+from scapulohumeral.gap.effects.library import FAMILIES, NEEDING, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
 from scapulohumeral.gap.nominal import optimal_movement
 from scapulohumeral.gap.nominal.force_levers import ALONG, force_levers
@@ -132,8 +132,21 @@ def test_missing_observables_make_effects_untestable():
     motion_only = Setup(SETUP.groups, (), (), False)
     effects = library(motion_only)
     assert not any(e.family.startswith(("em", "electrode")) for e in effects)
-    assert untestable(effects) == EMG_FAMILIES
+    assert untestable(effects) == tuple(e for e in NEEDING if e.startswith("measurement/e"))
     assert untestable(LIBRARY) == ()
+
+
+def test_simulations_have_no_errors_of_measurement_but_another_model():
+    effects = library(replace(SETUP, simulated=True))
+    assert all(effect.changes_body for effect in effects)
+    assert {"passive_girdle", "strength_loss"} <= {effect.family for effect in effects}
+
+
+def test_effects_on_a_scapula_that_nobody_measured_are_untestable():
+    effects = library(replace(SETUP, unmeasured=frozenset({"scapula"})))
+    lost = {e.label for e in LIBRARY} - {e.label for e in effects}
+    assert lost == {"input/frame_misalignment/scapula", "measurement/scapula_sta"}
+    assert set(untestable(effects)) == lost
 
 
 def test_parameters_without_source_or_beyond_their_bounds_are_refused():

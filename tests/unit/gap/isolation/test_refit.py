@@ -44,6 +44,7 @@ def weakened(quaternion_equations):
     of_task = TaskSignatures(
         task="t", anchor=anchor, nominal=local.observed, point=point, effects=((slope,),),
         intended=nothing, posture=nothing, session=nothing, followed=(), followed_session=nothing,
+        unmeasured=nothing, followed_unmeasured=nothing,
         slack=nothing, levers=nothing, needed=nothing, drive=move.drive,
     )  # fmt: skip
     weak = WEAK.apply(move.body, np.array([LEFT, FIBRES_LEFT]))

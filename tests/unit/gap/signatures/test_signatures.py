@@ -24,7 +24,7 @@ from scapulohumeral.gap.recording.observables import (
     recorded,
 )
 from scapulohumeral.gap.signatures.linearise import Linearised
-from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
+from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records, unmeasured_records
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
 
@@ -133,13 +133,27 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
         task="t", anchor=small_record(), nominal=small_record(), point=local.point,
         effects=((wrong,), (2.0 * wrong,)), intended=none, posture=none, session=wrong,
         followed=(followed,),
-        followed_session=0.5 * followed, slack=none, levers=none, needed=none,
+        followed_session=0.5 * followed,
+        unmeasured=wrong, followed_unmeasured=followed,
+        slack=none, levers=none, needed=none,
         drive=local.move.drive,
     )  # fmt: skip
     residual = of_task.of_residual()
     np.testing.assert_allclose(residual.effects[0][0], 1.0)
     np.testing.assert_allclose(residual.effects[1][0], 6.0)
     np.testing.assert_allclose(residual.session, 3.0)
+    np.testing.assert_allclose(residual.unmeasured, 1.0)
+
+
+def test_a_scapula_that_nobody_measured_turns_about_all_its_axes():
+    record = small_record()
+    turned = unmeasured_records(record, {"scapula": 12.0})
+    assert len(turned) == 3 * SMOOTH
+    turns = np.stack([difference(one, record) for one in turned])
+    np.testing.assert_allclose(turns[:, :, :3], 0.0, atol=1e-9)
+    spread = np.sqrt(np.sum(turns[:, :, 3:6] ** 2, axis=(0, 2)).mean())
+    np.testing.assert_allclose(spread, np.sqrt(3.0) * 12.0, rtol=1e-6)
+    assert unmeasured_records(record, {}) == []
 
 
 def test_sessions_change_frames_and_electrodes():

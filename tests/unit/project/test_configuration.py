@@ -136,7 +136,7 @@ def test_settings_of_a_view() -> None:
     assert read_settings(part) == tracked
     simulated = read_settings(part, of_simulations=True)
     share = part["gap"]["simulated"]
-    assert simulated.noise.kinematics_deg.GH == share * tracked.noise.kinematics_deg.GH
+    assert share * tracked.noise.kinematics_deg.GH == simulated.noise.kinematics_deg.GH
     assert simulated.noise.phase_shift[0] == share * tracked.noise.phase_shift[0]
     assert simulated.noise.repeats == tracked.noise.repeats
     assert simulated.session.frame_deg == share * tracked.session.frame_deg

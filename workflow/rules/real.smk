@@ -16,7 +16,7 @@ wildcard_constraints:
     case="[a-z0-9_]+",
     person="[a-z0-9_]+",
     motion="[a-z0-9_]+",
-    kind="effect|no_effect|simulation",
+    kind="effect|no_effect|artefact|simulation",
 
 
 # Recordings with a fault get no table, which the command says by its exit code.
@@ -62,6 +62,26 @@ rule cut_simulated_elevations:
         "Simulated motion {wildcards.motion}: a trial of each elevation"
     script:
         "../scripts/cut_simulated_elevations.py"
+
+
+rule spoil_real_trials:
+    input:
+        unpack(lambda wildcards: REAL_TRIALS.sources(wildcards.case)),
+        code=code_of("simulated_persons.spoilt"),
+    output:
+        trials=directory(f"{REAL_PEOPLE}/spoilt/{{case}}"),
+    log:
+        python="results/logs/spoil_real_trials/{case}.python.log",
+    params:
+        error=lambda wildcards: REAL.cases[wildcards.case].spoilt,
+        patterns=lambda wildcards: REAL_TRIALS.unspoilt(wildcards.case),
+    threads: 1
+    resources:
+        runtime=5,
+    message:
+        "Real trials with an error of measurement: {wildcards.case}"
+    script:
+        "../scripts/spoil_real_trials.py"
 
 
 rule write_real_config:
@@ -142,7 +162,9 @@ rule tabulate_real_cases:
 
 rule real_cases:
     input:
-        tables=expand("results/gap/real/{kind}.csv", kind=["effect", "no_effect", "simulation"]),
+        tables=expand(
+            "results/gap/real/{kind}.csv", kind=["effect", "no_effect", "artefact", "simulation"]
+        ),
     output:
         table="results/gap/real/cases.csv",
     log:

@@ -86,6 +86,11 @@ def read_real_cases(path: Path = REAL_CASES) -> RealCases:
                 f"Configuration, {path}, key 'cases.{name}.person': '{case.person}'; expected one "
                 f"of {', '.join(found.people)}. Correct the name, or describe the person."
             )
+        if (case.spoilt is None) == (case.kind == "artefact"):
+            raise ConfigError(
+                f"Configuration, {path}, key 'cases.{name}.spoilt': expected for kind artefact, "
+                f"and for no other; found kind {case.kind}. Name the error, or correct the kind."
+            )
     return found
 
 

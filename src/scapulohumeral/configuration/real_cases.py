@@ -11,7 +11,7 @@ Name = Annotated[str, key("Name of a person or case.", pattern=r"^[a-z0-9_]+$")]
 # A space would be two words of a command.
 Pattern = Annotated[str, key("File, or pattern of files.", pattern=r"^[A-Za-z0-9_.*?/\[\]-]+$")]
 Patterns = Annotated[list[Pattern], key("Files below the folder of the person.", min_length=1)]
-Kind = Literal["effect", "no_effect", "simulation"]
+Kind = Literal["effect", "no_effect", "artefact", "simulation"]
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,29 @@ class Simulated(Section):
 
 
 @dataclass(frozen=True)
+class Spoilt(Section):
+    """An error of measurement that recorded test trials are given."""
+
+    segment: Annotated[
+        Literal["thorax", "scapula", "humerus"], key("Whose frame is turned [no unit].")
+    ]
+    axis: Annotated[Literal["x", "y", "z"], key("Of that frame [no unit].")]
+    deg: Annotated[Real, key("Turn [deg].", ge=-45, le=45)]
+    growing: Annotated[
+        bool, key("Of the scapula alone: from 60 deg of elevation on, whole at 120 [no unit].")
+    ] = False
+
+
+@dataclass(frozen=True)
 class RealCase(Section):
     """One diagnosis: which trials, and what is known of their difference."""
 
     kind: Annotated[
         Kind,
-        key("Recorded with or without a cause: effect, no_effect; or simulation [no unit]."),
+        key(
+            "Recorded with or without a cause: effect, no_effect; with an error put in: artefact; "
+            "or simulation [no unit]."
+        ),
     ]
     person: Annotated[Name, key("Of converted, measured or simulated [no unit].")]
     view: Annotated[
@@ -64,6 +81,9 @@ class RealCase(Section):
     reference: Annotated[Patterns, key("Trials without the cause [no unit].")]
     truth: Annotated[list[str], key("Labels of which one is right [no unit].")]
     known: Annotated[str, key("What is known of the difference [no unit].", min_length=1)]
+    spoilt: Annotated[
+        Spoilt | None, key("Error that test trials are given, of kind artefact [no unit].")
+    ] = None
 
 
 @dataclass(frozen=True)

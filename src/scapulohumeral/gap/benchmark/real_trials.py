@@ -59,7 +59,17 @@ class RealTrials:
         return people[person].participant
 
     def inputs(self, case: str) -> dict[str, list[str] | str]:
-        """What a case is made from, by name of the input of a rule.
+        """What a case is diagnosed from, by name of the input of a rule.
+
+        Raises
+        ------
+        ConfigError                  no recording fits a pattern
+        """
+        spoilt = self.cases.cases[case].spoilt is not None
+        return self.sources(case) | ({"spoilt": str(self._spoilt(case))} if spoilt else {})
+
+    def sources(self, case: str) -> dict[str, list[str] | str]:
+        """The same before any error of measurement is put in.
 
         Raises
         ------
@@ -80,10 +90,25 @@ class RealTrials:
     def patterns(self, case: str) -> dict[str, list[str]]:
         """Files of both sides of a case as patterns for the shell: "test" and "reference"."""
         about = self.cases.cases[case]
-        measured = about.person in self.cases.measured
-        folder = self.recorded(about.person) if measured else self.made / about.person
-        sides = {"test": about.test, "reference": about.reference}
-        return {side: [str(folder / name) for name in names] for side, names in sides.items()}
+        tests = self.unspoilt(case)
+        if about.spoilt is not None:
+            tests = [str(self._spoilt(case) / name) for name in about.test]
+        folder = self._trials(about.person)
+        return {"test": tests, "reference": [str(folder / name) for name in about.reference]}
+
+    def unspoilt(self, case: str) -> list[str]:
+        """Patterns of the test trials of a case before any error of measurement is put in."""
+        about = self.cases.cases[case]
+        return [str(self._trials(about.person) / name) for name in about.test]
+
+    def _spoilt(self, case: str) -> Path:
+        """Folder of the test trials of a case with an error of measurement."""
+        return self.made / "spoilt" / case
+
+    def _trials(self, person: str) -> Path:
+        """Folder of the trials of a person, recorded or made."""
+        measured = person in self.cases.measured
+        return self.recorded(person) if measured else self.made / person
 
 
 def _files(folder: Path, pattern: str) -> list[str]:

@@ -108,9 +108,8 @@ def test_committed_cases() -> None:
     assert len(nulls) >= 24
     assert {case.person for case in nulls} == {"hand_load", "arm_support"}
     assert all(case.truth == ["no_gap"] for case in nulls)
-    sides = [(tuple(case.test), tuple(case.reference)) for case in CASES.cases.values()]
-    views = [case.view for case in CASES.cases.values()]
-    assert len(set(zip(sides, views, strict=True))) == len(sides)
+    contents = [(c.test, c.reference, c.view, c.spoilt) for c in CASES.cases.values()]
+    assert len(set(map(repr, contents))) == len(contents)
 
 
 def test_truths_are_answers_that_the_library_can_give() -> None:
@@ -134,14 +133,37 @@ def test_sides_of_measured_cases_are_whole_and_apart(recordings: Path, tmp_path:
         )
         assert test, name
         assert reference, name
-        assert not test & reference, name
-        ratio = 2 if case.kind == "no_effect" else 1
+        # Spoilt trials are others than those that they are made from.
+        assert case.spoilt or not test & reference, name
+        ratio = 2 if case.kind == "no_effect" or not test & reference and case.spoilt else 1
         assert len(reference) == ratio * len(test), name
         found = trials(recordings, tmp_path).inputs(name)["trials"]
         assert {Path(path) for path in found} == test | reference
     assert trials(recordings, tmp_path).patterns("load_shrug")["test"] == [
         str(recordings / "hand_load" / "SHRUG2[123].csv")
     ]
+
+
+def test_spoilt_trials_are_tested_and_the_recorded_ones_are_the_reference(
+    recordings: Path, tmp_path: Path
+) -> None:
+    files = trials(recordings, tmp_path)
+    given = recordings / "hand_load"
+    assert files.unspoilt("skin_one") == [str(given / "*03.csv")]
+    assert files.patterns("skin_one") == {
+        "test": [str(tmp_path / "spoilt/skin_one/*03.csv")],
+        "reference": [str(given / "*0[12].csv")],
+    }
+    assert files.inputs("skin_one")["spoilt"] == str(tmp_path / "spoilt/skin_one")
+    assert "spoilt" not in files.sources("skin_one")
+
+
+def test_an_artefact_needs_its_error(tmp_path: Path) -> None:
+    path = tmp_path / "cases.yaml"
+    text = REAL_CASES.read_text(encoding="utf-8")
+    path.write_text(text.replace("kind: artefact", "kind: effect", 1), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"cases\.skin_one\.spoilt': expected for kind artefact"):
+        read_real_cases(path)
 
 
 def test_markers_are_converted_and_motions_cut(recordings: Path, tmp_path: Path) -> None:

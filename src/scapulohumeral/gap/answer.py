@@ -187,7 +187,6 @@ def _gap(found: Findings) -> Gap:
         if records.sensors.channels
         else []
     )
-    families = len({(e.side, e.family) for e in evidence.effects})
     return Gap(
         present=is_there.present,
         p_value=is_there.p_value,
@@ -198,7 +197,7 @@ def _gap(found: Findings) -> Gap:
         size=gap_size(c, sides(c, records), found.case.seed),
         no_cost=no_cost(evidence.signatures, emg, records.sensors),
         smallest_detectable=detectability.smallest_detectable(
-            list(evidence.known.values())[-1], c, families
+            list(evidence.known.values())[-1], evidence.cautious, is_there.effect_threshold
         ),
     )
 

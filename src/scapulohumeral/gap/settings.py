@@ -250,7 +250,7 @@ def sections_read(config: Mapping[str, Any], *views: View) -> dict[str, Any]:
     """
     own = config["gap"]["geometry"]
     part: dict[str, Any] = {
-        "model": {"masses": config["model"]["masses"]},
+        "model": dict(config["model"]),
         "geometry": {k: v for k, v in config["geometry"].items() if k not in own},
         "weights": {view: config["weights"][view] for view in views},
         "gap": config["gap"],

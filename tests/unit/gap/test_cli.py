@@ -92,7 +92,7 @@ def test_names_and_order_change_no_case_and_no_model(case_folder, seen, tmp_path
     assert diagnose(case_folder, ["lift_r1.csv", "lift_r2.csv"], ["lift_r3.csv"]) == 0
     assert diagnose(other, ["raise_r4.csv", "raise_r9.csv"], ["raise_r6.csv"]) == 0
     assert case_hash(seen[0]) == case_hash(seen[1])
-    settings = ModelSettings(REPOSITORY / "config" / "model", {})
+    settings = ModelSettings(REPOSITORY / "config" / "model", {"serratus_path": "flattened"}, {})
     keys = {_key(_inputs(case, settings), settings) for case in seen}
     assert len(keys) == 1
     documents = [read_result(f / "out" / "result.json") for f in (case_folder, other)]
@@ -169,7 +169,7 @@ def test_the_command_of_the_package_exists():
 def test_reference_trials_shape_the_model_if_there_are_any(case_folder, seen):
     assert diagnose(case_folder, ["lift_r1.csv", "lift_r2.csv"], ["lift_r3.csv"]) == 0
     assert diagnose(case_folder, ["lift_r1.csv", "lift_r2.csv"], []) == 0
-    settings = ModelSettings(REPOSITORY / "config" / "model", {})
+    settings = ModelSettings(REPOSITORY / "config" / "model", {"serratus_path": "flattened"}, {})
     files = [_inputs(case, settings) for case in seen]
     shaping = [json.loads(each["settings.json"])["shaping_trials"] for each in files]
     assert shaping == [["reference0"], ["test0", "test1"]]

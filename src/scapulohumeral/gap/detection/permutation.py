@@ -11,6 +11,7 @@ Letters: D coefficients, T tasks, L trials of a task on both sides, P arrangemen
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations, product
 from math import comb, prod
 
@@ -49,10 +50,10 @@ def exchangeable(
     p_value = float(np.mean(lengths > (1.0 - ALIKE) * lengths[0]))
     if p_value > alpha:
         threshold = float(np.quantile(lengths, 1.0 - alpha))
-        return Presence(False, p_value, "permutation", float(lengths[0]), threshold)
-    return Presence(
-        True, max(p_value, found.p_value), found.statistic, found.value, found.threshold
-    )
+        return Presence(
+            False, p_value, "permutation", float(lengths[0]), threshold, found.effect_threshold
+        )
+    return replace(found, p_value=max(p_value, found.p_value))
 
 
 def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:

@@ -58,6 +58,7 @@ class Presence:
     ----------
     p_value, statistic, value, threshold : of the test; "max_t" over channels and phases, or "glr"
         over effects, both as z values
+    effect_threshold : from which on a difference of the shape of an effect is a gap, a z value
     """
 
     present: bool
@@ -65,6 +66,7 @@ class Presence:
     statistic: str
     value: float
     threshold: float
+    effect_threshold: float
 
 
 def difference_map(residual: Residual, alpha: float, inflation: float, seed: int) -> DifferenceMap:
@@ -113,10 +115,11 @@ def presence(
     rest = inflation * null
     p_value = float((1 + np.sum(rest >= value)) / (1 + DRAWS))
     threshold = float(np.quantile(rest, 1.0 - 0.5 * alpha))
-    if p_value < found.p_value:
-        return Presence(2.0 * p_value <= alpha, min(2.0 * p_value, 1.0), "glr", value, threshold)
-    p_value = min(2.0 * found.p_value, 1.0)
-    return Presence(p_value <= alpha, p_value, "max_t", found.value, found.threshold)
+    name, own = "glr", threshold
+    if found.p_value <= p_value:
+        p_value, name, value, own = found.p_value, "max_t", found.value, found.threshold
+    p_value = min(2.0 * p_value, 1.0)
+    return Presence(p_value <= alpha, p_value, name, value, own, threshold)
 
 
 def effect_shaped(

@@ -26,7 +26,7 @@ from scapulohumeral.gap.isolation.suppositions import (
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
-from scapulohumeral.gap.residual.noise import Noise, total_covariance
+from scapulohumeral.gap.residual.noise import Noise, smooth_share, total_covariance
 from scapulohumeral.gap.residual.other_movement import SIZES_DEG, other_movement
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, unknown_input_evidence
@@ -164,7 +164,8 @@ def most_probable(evidence: Evidence) -> Evidence:
     found = _with_fits(found, found.suppositions)
     base = found.residual
     singles = (replace(t, residual=_single(found, t.residual, base)) for t in found.trials)
-    return replace(found, cautious=first.residual, trials=tuple(singles))
+    whole = _with_sessions(replace(evidence, session_share=1.0), evidence.residual)
+    return replace(found, cautious=whole, trials=tuple(singles))
 
 
 def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
@@ -175,7 +176,7 @@ def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
         session_share=errors.session,
         settings=replace(evidence.settings, signature_error=signature),
     )
-    base = _with_sessions(evidence, evidence.residual)
+    base = _compared(evidence, evidence.residual)
     residuals = {0.0: base}
     if evidence.movement_is_chosen:
         unit = other_movement(base, evidence.signatures, signature)
@@ -183,6 +184,19 @@ def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
             covariance = base.covariance + size**2 * unit
             residuals[size] = replace(base, covariance=covariance, moved_deg=size)
     return replace(evidence, residuals=residuals, fits={})
+
+
+def _compared(evidence: Evidence, c: Residual) -> Residual:
+    """A comparison with all that it may be off by: see :func:`_with_sessions`.
+
+    Two simulations differ by next to nothing without a cause, but to any cause another model
+    answers otherwise, by a share of the difference that is explained.
+    """
+    found = _with_sessions(evidence, c)
+    if not evidence.settings.of_simulations:
+        return found
+    other = smooth_share(c.delta, c.functions, evidence.settings.signature_error)
+    return replace(found, covariance=found.covariance + other)
 
 
 def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
@@ -195,8 +209,8 @@ def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
 
 
 def _single(evidence: Evidence, trial: Residual, whole: Residual) -> Residual:
-    """A single trial with what sessions change, as the whole has it."""
-    return _with_sessions(evidence, replace(trial, moved_deg=whole.moved_deg))
+    """A single trial with all that it may be off by, as the whole has it."""
+    return _compared(evidence, replace(trial, moved_deg=whole.moved_deg))
 
 
 def _with_fits(evidence: Evidence, suppositions: Sequence[Supposition]) -> Evidence:

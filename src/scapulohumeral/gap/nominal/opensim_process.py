@@ -20,7 +20,7 @@ import numpy as np
 import opensim
 
 from scapulohumeral.errors import ConfigError, DataError, ModelError
-from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
@@ -52,7 +52,7 @@ def build(folder: Path, sampled: bool) -> None:
     participant = read_participant(folder, CASE)
     shaping = {name: participant.trial(name) for name in settings["shaping_trials"]}
     shaper = replace(participant, trials=shaping)
-    choices = ModelChoices(masses=settings["masses"])
+    choices = read_choices(settings["choices"])
     model = participant_model(tables, shaper, choices)
     record = model_record(model, shaper, tables, choices).with_masses(settings["segment_mass_kg"])
     write_record(record, folder / "model.json")

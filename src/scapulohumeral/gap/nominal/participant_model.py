@@ -64,15 +64,24 @@ PHASE_POINTS = 101
 
 @dataclass(frozen=True)
 class ModelSettings:
-    """Folder of the model tables, and how muscle geometry is fitted: keys of ``geometry``."""
+    """What a model is made with, beside the case.
+
+    Attributes
+    ----------
+    tables : folder of the model tables
+    choices : keys of section ``model`` of the study; a participant's own masses go before them
+    geometry : how muscle geometry is fitted, keys of section ``geometry``
+    """
 
     tables: Path
+    choices: Mapping[str, str]
     geometry: Mapping[str, Any]
 
     @staticmethod
     def of(config: Mapping[str, Any]) -> ModelSettings:
         """Those of a configuration, whose section `gap` fits fewer poses."""
-        return ModelSettings(MODEL_TABLES, {**config["geometry"], **config["gap"]["geometry"]})
+        geometry = {**config["geometry"], **config["gap"]["geometry"]}
+        return ModelSettings(MODEL_TABLES, config["model"], geometry)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +191,7 @@ def _inputs(case: Case, settings: ModelSettings) -> dict[str, Any]:
     }
     chosen = {
         "tables": str(settings.tables.resolve()),
-        "masses": model.masses,
+        "choices": {**settings.choices, "masses": model.masses},
         "segment_mass_kg": dict(model.segment_mass_kg),
         "shaping_trials": _shaping_trials(case),
         "geometry": dict(settings.geometry),
@@ -219,6 +228,7 @@ def _geometry_key(case: Case, inputs: Mapping[str, str], settings: ModelSettings
     described = {
         "scale": json.dumps({segment: list(factors) for segment, factors in scale.items()}),
         "geometry": json.dumps(dict(settings.geometry), sort_keys=True),
+        "surface": settings.choices["serratus_path"],
     }
     movements = {
         name: f"{name in shaping}\n{text}" for name, text in inputs.items() if name.endswith(".csv")

@@ -170,6 +170,18 @@ def _variances(levels: np.ndarray, functions: np.ndarray, exponent: float) -> np
     return len(functions) * levels[:, None] ** 2 * shape / shape.sum()
 
 
+def smooth_share(delta: np.ndarray, functions: np.ndarray, share: float) -> np.ndarray:
+    """Covariance (D, D) of smooth errors as large as a share of each channel of a difference.
+
+    Parameters
+    ----------
+    delta : (D,) coefficients; functions : (N, B); share : root mean square over that of the channel
+    """
+    each = delta.reshape(-1, functions.shape[1])
+    levels = share * np.sqrt(np.sum(each**2, axis=1) / len(functions))
+    return np.diag(_variances(levels, functions, 2.0).ravel())
+
+
 def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
     """Differences without any effect, (D, count), noise estimated from few repeats included.
 

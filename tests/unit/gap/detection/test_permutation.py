@@ -24,7 +24,7 @@ pytestmark = pytest.mark.unit
 
 NAMES = (*KINEMATIC_CHANNELS, *CHANNELS)
 FUNCTIONS = phase_functions(NODES, 2)
-FOUND = Presence(True, 0.0, "glr", 9.0, 4.0)
+FOUND = Presence(True, 0.0, "glr", 9.0, 4.0, 4.0)
 ALPHA = 0.05
 HEAVY = 2.0  # degrees of freedom of Student's t: not even a variance
 

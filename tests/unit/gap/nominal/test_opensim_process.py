@@ -28,7 +28,7 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
     (tmp_path / "case" / "frontal.csv").write_text(recording)
     settings = {
         "tables": str(tables),
-        "masses": "published",
+        "choices": {"masses": "published", "girdle_stops": "wide"},
         "segment_mass_kg": {"humerus_r": 2.0},
         "shaping_trials": ["test0"],
         "geometry": {

@@ -17,7 +17,8 @@ from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
 pytestmark = pytest.mark.unit
 GEOMETRY = {"poses": 200, "length_target_m": 2e-4, "arm_target_m": 1e-3, "rmse_change_stop": 0.005}
-SETTINGS = ModelSettings(REPOSITORY / "config" / "model", GEOMETRY)
+CHOICES = {"serratus_path": "flattened", "fibres": "suspended"}
+SETTINGS = ModelSettings(REPOSITORY / "config" / "model", CHOICES, GEOMETRY)
 
 
 @pytest.fixture
@@ -138,9 +139,23 @@ def test_other_movements_or_roles_are_fitted_anew(runs, case, tmp_path, other):
 
 def test_other_settings_of_the_fit_are_fitted_anew(runs, case, tmp_path):
     participant_model(case, SETTINGS, tmp_path / "cache")
-    finer = ModelSettings(SETTINGS.tables, {**GEOMETRY, "poses": 300})
+    finer = replace(SETTINGS, geometry={**GEOMETRY, "poses": 300})
     participant_model(case, finer, tmp_path / "cache")
     assert runs == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("choice", "sampled"),
+    [({"serratus_path": "as_scaled"}, True), ({"fibres": "published"}, False)],
+)
+def test_another_model_of_the_study_is_another_model_of_a_case(
+    runs, case, tmp_path, choice, sampled
+):
+    """Paths run over the surface of the thorax; fibres change none of them."""
+    first = participant_model(case, SETTINGS, tmp_path / "cache")
+    other = replace(SETTINGS, choices={**CHOICES, **choice})
+    assert participant_model(case, other, tmp_path / "cache").hash != first.hash
+    assert runs == [True, sampled]
 
 
 def test_a_fit_that_fails_leaves_no_geometry_behind(runs, case, tmp_path, monkeypatch):

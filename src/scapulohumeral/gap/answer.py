@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -95,14 +95,17 @@ class Findings:
 
 def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     """The answer to a case; `warnings` gets what lowers the confidence in it."""
-    evidence, p = found.evidence, found.judged.p
+    evidence, judged = found.evidence, found.judged
+    robust, variants = (None, []) if not found.present else robustness(evidence, judged)
+    status, why = _status(robust, found)
+    # A cause that is not named is at most as probable as not.
+    p = judged.p.doubted(judged.best.label) if why else judged.p
+    found = replace(found, judged=replace(judged, p=p))
     causes = _causes(found)
-    robust, variants = (None, []) if not found.present else robustness(evidence, found.judged)
     gap = _gap(found)
     regions, entering = _regions(found)
     done = found.judged.explained
     explained = None if done is None else done.shrinkage
-    status, why = _status(robust, found)
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
     warnings += _remarks(found, explained)

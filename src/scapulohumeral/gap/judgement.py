@@ -93,9 +93,8 @@ def judge(
     explained = explain(best, evidence, seed) if present else None
     undecided = ""
     if present:
-        unproven = _unproven(explained, agreement)
-        undecided = unproven or _untold(evidence, p)
-        p = p.doubted(best.label) if unproven else p
+        undecided = _unproven(explained, agreement) or _untold(evidence, p)
+        p = p.doubted(best.label) if undecided else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(

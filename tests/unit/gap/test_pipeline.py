@@ -12,6 +12,7 @@ from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
 from scapulohumeral.errors import SolveError
+from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly
 from scapulohumeral.gap.answer import _remarks_on_shrinkage
 from scapulohumeral.gap.assembly import effects_of
@@ -42,7 +43,7 @@ from scapulohumeral.gap.recording.observables import (
     phase_functions,
 )
 from scapulohumeral.gap.residual import differences
-from scapulohumeral.gap.result import Share, Shrinkage, to_json
+from scapulohumeral.gap.result import Robustness, Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures
@@ -418,6 +419,15 @@ def test_motion_alone_tells_a_frame_that_was_turned():
     assert done.candidates[0].label == label
     for found, amount in zip(done.candidates[0].parameters, off, strict=True):
         assert found.value == pytest.approx(amount, abs=1.5)
+
+
+def test_a_cause_that_other_assumptions_replace_is_at_most_as_probable_as_not(monkeypatch):
+    assert max(named(diagnosed(effect=RIGHT)).values()) > 0.5
+    monkeypatch.setattr(answer_module, "robustness", lambda *_: (Robustness(8, 2), []))
+    done = diagnosed(effect=RIGHT)
+    assert done.status == "abstained"
+    assert "2 of 8 variants" in done.status_reason
+    assert max(named(done).values()) <= 0.5
 
 
 def test_a_cause_that_tasks_disagree_about_is_not_named():

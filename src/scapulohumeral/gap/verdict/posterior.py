@@ -17,8 +17,7 @@ from scapulohumeral.gap.weighing import Weighing
 COVERAGE = 0.9
 # With a gap above the noise, "no gap" is at most as probable.
 UNDECIDED = 0.5
-# A cause that removes nothing of the gap where it was not fitted, or about which tasks disagree, is
-# at most as probable as not.
+# A cause that is not named, whatever speaks against it, is at most as probable as not.
 UNPROVEN = 0.5
 
 

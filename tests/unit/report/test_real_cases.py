@@ -75,6 +75,24 @@ def test_false_alarms_are_counted_with_their_interval(table: pd.DataFrame) -> No
     assert real_content(table[table.kind != "no_effect"])["alarms"] is None
 
 
+def test_errors_put_in_are_right_only_with_a_gap(table: pd.DataFrame) -> None:
+    spoilt = [
+        row("skin", "artefact", LOAD, 0.9),
+        row("frame", "artefact", FRAME, 0.6),
+        row("small", "artefact", LOAD, 0.3, present=False),
+    ]
+    content = real_content(pd.concat([table, pd.DataFrame(spoilt)], ignore_index=True))
+    assert content["spoilt_right"] == "1 of 3 [6 %, 79 %]"
+    assert [cells[0] for cells in content["spoilt"].rows] == [
+        "skin: 2 kg",
+        "frame: 2 kg",
+        "small: 2 kg",
+    ]
+    assert len(content["cases"].rows) == 5
+    assert "frame" in content["confident_and_wrong"]
+    assert real_content(table)["spoilt_right"] is None
+
+
 def test_rows_say_answer_and_truth(table: pd.DataFrame) -> None:
     content = real_content(table)
     load, _, _, cuff, broken = content["cases"].rows

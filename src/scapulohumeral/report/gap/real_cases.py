@@ -10,7 +10,7 @@ import pandas as pd
 from scapulohumeral.quantities.proportion import wilson95
 from scapulohumeral.report.tables import Table
 
-NO_EFFECT = "no_effect"
+NO_EFFECT, ARTEFACT = "no_effect", "artefact"
 # Answers that name no cause on body or record.
 WORDS = {
     "none": "none of the known effects",
@@ -45,10 +45,13 @@ def real_content(table: pd.DataFrame) -> dict[str, Any] | None:
     rows = [dict(zip(table.columns, row, strict=True)) for row in known.itertuples(index=False)]
     caused = [row for row in rows if row["kind"] != NO_EFFECT]
     nulls = [row for row in rows if row["kind"] == NO_EFFECT]
+    spoilt = [row for row in caused if row["kind"] == ARTEFACT]
     return {
-        "cases": _table(caused),
+        "cases": _table([row for row in caused if row["kind"] != ARTEFACT]),
+        "spoilt": _table(spoilt),
+        "spoilt_right": _share([bool(row["present"]) and row["right"] for row in spoilt]),
         "nulls": _table(nulls),
-        "alarms": _share([row for row in nulls if row["status"] != "failed"]),
+        "alarms": _share([bool(row["present"]) for row in nulls if row["status"] != "failed"]),
         "failed": sum(row["status"] == "failed" for row in rows),
         "confident_and_wrong": [row["case"] for row in rows if _misleads(row)],
         "doubts": [
@@ -91,13 +94,12 @@ def _misleads(row: Mapping[str, Any]) -> bool:
     return not row["right"] and row["first_p"] > CONFIDENT
 
 
-def _share(nulls: list[dict[str, Any]]) -> str | None:
-    """False alarms with Wilson 95 % interval."""
-    if not nulls:
+def _share(hits: list[bool]) -> str | None:
+    """How many, with Wilson 95 % interval."""
+    if not hits:
         return None
-    alarms = sum(bool(row["present"]) for row in nulls)
-    low, high = wilson95(alarms, len(nulls))
-    return f"{alarms} of {len(nulls)} [{_percent(low)}, {_percent(high)}]"
+    low, high = wilson95(sum(hits), len(hits))
+    return f"{sum(hits)} of {len(hits)} [{_percent(low)}, {_percent(high)}]"
 
 
 def _percent(share: float) -> str:

@@ -15,8 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
+from simulated_persons.drawing.attempts import Drawn, drawn_cases
+from simulated_persons.drawing.case_files import write_case
+from simulated_persons.drawing.keys import case_key
+from simulated_persons.drawing.study import load_study
+from simulated_persons.drawing.trials import Recordings
 from simulated_persons.effects import Injection, co_contraction, frame_misalignment
-from simulated_persons.generate import Recordings, case_key, load_study, recorded_cases, write_case
 from simulated_persons.observation import Recording
 from simulated_persons.plan import YIELDS, Plan
 
@@ -80,11 +84,13 @@ def main() -> None:
         parser.add_argument(f"--{name}", type=Path, required=True)
     options = parser.parse_args()
     study = load_study(options.results, options.participants, (PARTICIPANT,))
-    for case, recordings in recorded_cases(study, plans()):
-        folder = options.out / case.id
-        coarse: Recordings = {name: thinned(trial) for name, trial in recordings.items()}
+    for drawn in drawn_cases(study, plans()):
+        if not isinstance(drawn, Drawn):
+            raise SystemExit(f"{drawn.attempt.plan.id}: {', '.join(drawn.attempt.failures)}")
+        case, folder = drawn.plan, options.out / drawn.plan.id
+        coarse: Recordings = {name: thinned(trial) for name, trial in drawn.recordings.items()}
         write_case(study, case, coarse, folder)
-        key = case_key(case, recordings)
+        key = case_key(case, drawn.recordings)
         truth = {name: key[name] for name in ("participant", "seed", "mode", "effects")}
         (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
 

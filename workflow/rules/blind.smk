@@ -19,7 +19,6 @@ BLIND = read_blind(Path("config/gap/blind.yaml"))
 rule draw_null_cases:
     input:
         models=expand("results/models/{participant}.json", participant=BLIND.participants),
-        thorax=expand("results/models/{participant}_thorax.json", participant=BLIND.participants),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=BLIND.participants,
@@ -100,7 +99,6 @@ rule check_null_bank:
 rule draw_blind_cases:
     input:
         models=expand("results/models/{participant}.json", participant=BLIND.participants),
-        thorax=expand("results/models/{participant}_thorax.json", participant=BLIND.participants),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=BLIND.participants,

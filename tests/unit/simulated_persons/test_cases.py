@@ -21,7 +21,6 @@ from scapulohumeral.model.rotations import (
     relative_angle,
     trial_to_pose,
 )
-from simulated_persons import generate
 from simulated_persons.arm import Anatomy, Arm
 from simulated_persons.body import no_extra_torques
 from simulated_persons.effects import (
@@ -55,7 +54,6 @@ from simulated_persons.plan import (
     KEEPS,
     PERSONS,
     SHARES,
-    TASKS,
     YIELDS,
     draw_plans,
     redrawn,
@@ -324,12 +322,6 @@ def test_habits_are_what_the_arm_did_without_rest() -> None:
     np.testing.assert_allclose(found.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)
 
 
-def test_torques_that_lack_are_counted_as_rotations_of_a_shoulder() -> None:
-    missing = np.zeros((200, 10))
-    missing[:, 4] = 0.6
-    assert generate.deflection(missing) == pytest.approx(0.01)
-
-
 def test_plans_follow_their_seed_and_hold_every_family() -> None:
     plans = draw_plans(4, 80, ("par1", "par2"))
     again = draw_plans(4, 80, ("par1", "par2"))
@@ -375,82 +367,6 @@ def test_open_cases_of_one_kind() -> None:
     assert {plan.kind for plan in draw_plans(1, 12, ("par1",), "null")} == {"null"}
 
 
-def test_a_person_with_two_ways_to_do_a_task_is_drawn_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    [plan] = draw_plans(2, 1, ("par1",), "null")
-    envelopes = iter([0.3, 0.1])  # of one repeat in the first draw, and in the second
-
-    def simulated(_, plans):
-        time, rest = np.linspace(0, 1, 50), np.full((50, 8), 0.1)
-        moved = time, small_motion(50)
-        recordings = {
-            ("test", task, repeat): Recording(*moved, rest, np.zeros((50, 3)))
-            for task in plan.tasks
-            for repeat in (0, 1, 2)
-        }
-        other = rest + (next(envelopes) - 0.1) * (np.arange(8) == 5)
-        recordings["test", plan.tasks[1], 2] = Recording(*moved, other, np.zeros((50, 3)))
-        return {p.id: recordings for p in plans}
-
-    monkeypatch.setattr(generate, "_simulated", simulated)
-    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
-    assert recordings["test", plan.tasks[1], 2].emg.max() < 0.2
-    assert found.seed == redrawn(plan, 1).seed
-
-
-@pytest.mark.parametrize(("angle_deg", "draws"), [(20.0, 1), (0.0, generate.SHOWN_ATTEMPTS)])
-def test_an_effect_that_hardly_shows_is_drawn_again(
-    monkeypatch: pytest.MonkeyPatch, angle_deg: float, draws: int
-) -> None:
-    [plan] = draw_plans(2, 1, ("par1",), "single")
-    plan = replace(plan, faint=False, person=YIELDS)
-    calls = []
-    angles = small_motion(50)
-    trials = {"reference": angles, "test": angles + np.deg2rad(angle_deg) * (np.arange(10) == 9)}
-
-    def simulated(_, plans):
-        calls.append(len(plans))
-        recordings = {
-            (side, task, 0): Recording(
-                np.linspace(0, 1, 50), values, np.zeros((50, 8)), np.zeros((50, 3))
-            )
-            for side, values in trials.items()
-            for task in (*plan.tasks, plan.hidden)
-        }
-        return {p.id: recordings for p in plans}
-
-    monkeypatch.setattr(generate, "_simulated", simulated)
-    [(found, recordings)] = generate.recorded_cases(SimpleNamespace(), [plan])
-    assert calls == [1] * draws
-    assert found.id == plan.id
-    assert generate.case_key(found, recordings)["shown"] is (angle_deg > 0)
-
-
-def test_a_change_that_comes_with_an_effect_is_not_counted_as_its_footprint() -> None:
-    """The test moves otherwise; the effect itself changes the channel of serratus alone."""
-    plans = draw_plans(5, 60, ("par1",), "single")
-    plan = next(p for p in plans if p.person == CHANGES and p.emg and not p.contact)
-    time, angles = np.linspace(0, 1, 50), small_motion(50)
-    moved = angles + np.deg2rad(20.0) * (np.arange(10) == 9)
-    quiet = np.full((50, 8), 0.1)
-    sides = {
-        "reference": (angles, quiet),
-        generate.OTHERWISE: (moved, quiet),
-        "test": (moved, quiet + 0.5 * (np.arange(8) == 7)),
-    }
-    recordings = {
-        (side, task, 0): Recording(time, *values, np.zeros((50, 3)))
-        for side, values in sides.items()
-        for task in (*plan.tasks, plan.hidden)
-    }
-    key = generate.case_key(plan, recordings)
-    assert key["person"] == CHANGES
-    assert [name for name, size in key["footprint"].items() if size > 0] == ["EMG_serr"]
-    assert key["otherwise"]["deg"]["EL_rx"] == pytest.approx(20.0)
-    assert key["otherwise"]["shown"] is True
-
-
 def test_motion_of_a_person_who_keeps_it_shows_no_effect_on_the_body() -> None:
     plans = draw_plans(6, 120, ("par1",), "single")
     for plan in plans:
@@ -459,51 +375,3 @@ def test_motion_of_a_person_who_keeps_it_shows_no_effect_on_the_body() -> None:
         assert blind.may_show == record_only
         assert replace(blind, emg=True).may_show
         assert replace(blind, person=YIELDS).may_show
-
-
-def test_who_never_manages_to_keep_a_movement_gives_way(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    [plan] = draw_plans(2, 1, ("par1",), "null")
-    plan = replace(plan, person=KEEPS)
-    seen = []
-
-    def simulated(_, plans):
-        seen.append(plans[0].person)
-        if plans[0].person == KEEPS:
-            return {plan.id: None}
-        quiet = np.linspace(0, 1, 50), small_motion(50), np.zeros((50, 8)), np.zeros((50, 3))
-        return {
-            plan.id: {
-                (side, task, 0): Recording(*quiet)
-                for side in ("reference", "test")
-                for task in (*plan.tasks, plan.hidden)
-            }
-        }
-
-    monkeypatch.setattr(generate, "_simulated", simulated)
-    [(found, _)] = generate.recorded_cases(SimpleNamespace(), [plan])
-    assert seen == [KEEPS] * generate.KEEPING_ATTEMPTS + [YIELDS]
-    assert found.person == YIELDS
-
-
-def test_who_cannot_do_a_task_at_all_has_no_movement_to_keep(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    plans = [replace(p, person=KEEPS) for p in draw_plans(2, 2, ("par1",), "null")]
-    persons = {
-        plan.id: SimpleNamespace(usual=None, change={t: np.zeros((10, WAVES)) for t in TASKS})
-        for plan in plans
-    }
-    study = SimpleNamespace(motions={("par1", task): MOTION for task in TASKS})
-
-    def followed(_, __, runs):
-        for case, own in runs.items():
-            for run in own:
-                yield run, run.pose, None, case == plans[0].id and run.name[1] == plans[0].hidden
-
-    monkeypatch.setattr(generate, "_followed", followed)
-    ways = generate._ways(study, plans, persons)
-    assert list(ways) == [plans[1].id]
-    kept = ways[plans[1].id][False, plans[1].hidden].motion
-    np.testing.assert_allclose(kept.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)

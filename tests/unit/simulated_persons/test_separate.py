@@ -15,9 +15,10 @@ PLANTS = Path(generate.__file__).parent
 FORBIDDEN = ("scapulohumeral.gap", "scapulohumeral.ocp", "scapulohumeral.dynamics.hill")
 
 
-@pytest.mark.parametrize("path", sorted(PLANTS.glob("*.py")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted(PLANTS.rglob("*.py")), ids=lambda path: path.name)
 def test_plants_do_without_the_diagnosis_and_its_numerics(path: Path) -> None:
-    names = list(provenance.imported_names(path, f"simulated_persons.{path.stem}"))
+    parts = path.relative_to(PLANTS).with_suffix("").parts
+    names = list(provenance.imported_names(path, ".".join(("simulated_persons", *parts))))
     assert not [name for name in names if name.startswith(FORBIDDEN)]
 
 

@@ -20,6 +20,7 @@ def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache
     blind = commands.add_parser("blind", help="benchmark on cases whose cause is sealed")
     steps = blind.add_subparsers(required=True, metavar="STEP")
     seal = _step(steps, "seal", "publish hashes of keys", "--cases", "--keys", "--published")
+    seal.add_argument("--open", action="store_true", help="the seed is known: no blind draw")
     seal.set_defaults(run=_seal)
     answer = _step(steps, "answer", "diagnose every case", "--cases", "--published", "--answers")
     answer.set_defaults(run=_answer)
@@ -46,7 +47,7 @@ def _step(
 def _seal(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.gap.benchmark.protocol import seal
 
-    seal(options.cases, options.keys, options.published)
+    seal(options.cases, options.keys, options.published, options.open)
     return 0
 
 

@@ -44,16 +44,14 @@ class OpenCase:
     Attributes
     ----------
     draw : that it belongs to
-    truth : label of the effect, "none" for one outside of the library, "no_gap"
-    shown : whether it shows; else "no_gap" is right as well
+    right : labels that each are a right answer, as `ScoredCase.right` has them
     present, referenced, told : of the answer: whether there is a gap; whether there were reference
         trials; whether EMG or joint force was compared
     scores : by label
     """
 
     draw: str
-    truth: str
-    shown: bool
+    right: tuple[str, ...]
     present: bool
     referenced: bool
     told: bool
@@ -65,13 +63,10 @@ class OpenCase:
         return posterior(self.scores, weighing, silent)
 
     def p_truth(self, weighing: Weighing) -> float:
-        """Probability of what is true."""
+        """Probability of what is right."""
         found = self.probabilities(weighing)
-        p = {NONE: found.none, NO_GAP: found.no_gap}.get(self.truth)
-        if p is None:
-            right = [x for label, x in found.labels.items() if matches(label, self.truth)]
-            p = sum(right) + (0.0 if self.shown else found.no_gap)
-        return p
+        every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+        return sum(p for label, p in every.items() if any(matches(label, r) for r in self.right))
 
 
 def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
@@ -111,12 +106,10 @@ def _open_case(draw: str, case: ScoredCase) -> OpenCase:
         )
         for row in table.to_dict("records")
     }
-    truths = {"null": NO_GAP, "unknown": NONE}
     channels = answer["inputs"]["channels"]
     return OpenCase(
         draw=draw,
-        truth=truths.get(case.status) or case.truth[0],
-        shown=case.status != "hidden",
+        right=case.right,
         present=bool(answer["gap"]["present"]),
         referenced=answer["mode"] == "reference",
         told=bool(channels["emg"] or channels["contact_force"]),
@@ -125,7 +118,7 @@ def _open_case(draw: str, case: ScoredCase) -> OpenCase:
 
 
 def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
-    """Weights with the largest mean log probability of the truth, from some to begin with."""
+    """Weights with the largest mean log probability of what is right, from some to begin with."""
     gaps = [case for case in cases if case.present]
 
     def weights(x: np.ndarray) -> Weighing:
@@ -154,17 +147,13 @@ def _silences(cases: Sequence[OpenCase]) -> dict[str, float]:
     }
     found = {}
     for name, of_kind in kinds.items():
-        right = [
-            case.truth == NO_GAP or not case.shown
-            for case in cases
-            if not case.present and of_kind(case)
-        ]
+        right = [NO_GAP in case.right for case in cases if not case.present and of_kind(case)]
         found[name] = (sum(right) + 1.0) / (len(right) + 2.0)
     return found
 
 
 def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:
-    """Mean log probability of the truth."""
+    """Mean log probability of what is right."""
     return float(np.mean([np.log(max(case.p_truth(weighing), FLOOR)) for case in cases]))
 
 
@@ -189,8 +178,7 @@ def first_families(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[tuple[fl
         found = case.probabilities(weighing)
         by_label = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
         first, p = next(iter(of_families(by_label).items()))
-        right = first == family(case.truth)
-        pairs.append((p, right or (first == NO_GAP and not case.shown)))
+        pairs.append((p, first in map(family, case.right)))
     return pairs
 
 

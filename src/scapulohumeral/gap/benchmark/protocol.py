@@ -54,13 +54,14 @@ class BlindFiles:
     answers: Path
 
 
-def seal(cases: Path, keys: Path, published: Path) -> None:
+def seal(cases: Path, keys: Path, published: Path, known: bool = False) -> None:
     """Draw a salt for each key and publish the hashes of salted keys and of case folders.
 
     Parameters
     ----------
     cases : folder of case folders; keys : folder of ``CASE.json``; salts are written there too
     published : new file of hashes, with the rules that scores will be made by
+    known : whether the seed is known, as that of cases to calibrate with; score cards say so
 
     Raises
     ------
@@ -78,8 +79,8 @@ def seal(cases: Path, keys: Path, published: Path) -> None:
         for name in names
     }
     _write(keys / SALTS, salts)
-    document = {"schema": SEAL_SCHEMA, "date": _today(), "rules": REGISTERED, "cases": hashes}
-    _write(published, document)
+    document = {"schema": SEAL_SCHEMA, "date": _today(), "known": known, "rules": REGISTERED}
+    _write(published, document | {"cases": hashes})
 
 
 def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> None:
@@ -149,7 +150,7 @@ def score(
     before = _looks(keys)
     card: dict[str, Any] = {
         "schema": SCORE_SCHEMA,
-        "look": "first look" if not before else f"look {len(before) + 1}: keys were open",
+        "look": _look(len(before) + 1, sealed.get("known", False)),
         "earlier_looks": before,
         "sealed": {"date": sealed["date"], "hash": _file_hash(files.published)},
         "answered": {"date": record["date"], "code": record["code"]},
@@ -258,6 +259,13 @@ def _scored_case(files: BlindFiles, keys: Path, name: str, record: dict) -> Scor
     key = json.loads((keys / f"{name}.json").read_text(encoding="utf-8"))
     folders = (files.cases / name, files.answers / name)
     return ScoredCase(*folders, key, document, entry["seconds"])
+
+
+def _look(number: int, known: bool) -> str:
+    """What a score card is worth as evidence."""
+    if known:
+        return "open draw: its seed was known"
+    return "first look" if number == 1 else f"look {number}: keys were open"
 
 
 def _looks(keys: Path) -> list[dict[str, Any]]:

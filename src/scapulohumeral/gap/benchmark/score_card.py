@@ -1,6 +1,8 @@
 """Score card of the blind benchmark: answers against keys, with intervals.
 
 A case with effects that hardly show (key `shown` false) counts for abstention and coverage only.
+Where the person also did the movement otherwise, by as much as shows, another movement is a right
+answer as well: the two differ in that, whatever else is wrong.
 An answer that is missing, failed or abstained is wrong wherever a cause was asked for.
 """
 
@@ -37,7 +39,7 @@ from scapulohumeral.gap.benchmark.scored_case import (
     _side_right,
     _top_family,
 )
-from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, family, matches
+from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, family, matches
 
 CALIBRATION_BINS = 5
 
@@ -51,6 +53,9 @@ KEPT_SHARE = 0.7
 REGION_SIGMA = 2.0
 
 
+STATUSES = ("null", "single", "pair", "unknown", "moved")
+
+
 # Fixed before keys are drawn, and published with their hashes.
 REGISTERED = {
     "shown": "an effect counts if its noise-free change is at least footprint_multiple standard "
@@ -59,7 +64,11 @@ REGISTERED = {
     "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
     "the answer publishes for its label, both as distance from off; one whose label is not listed "
     "is smaller; one that has no such amplitude, or no answer, counts as large if it shows",
+    "moved": "where the test movement was done otherwise by as much as an effect has to show, "
+    "control/movement_strategy is a right answer too, beside the injected effect; where nothing "
+    "else shows it is the right one, and the case counts as moved, not as a single",
     "family_top1": "family with the largest summed probability, among none and no_gap",
+    "effect_top1": "the same, but only the injected effect is right",
     "class_top1": "the most probable class, or candidate without one, holds the right family",
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
     "an effect that hardly shows is also covered by no_gap",
@@ -76,21 +85,23 @@ REGISTERED = {
 
 
 def score_card(cases: Sequence[ScoredCase]) -> dict[str, Any]:
-    """Scores by plant and mode; "all" for all modes together."""
+    """Scores by plant, mode and person; "all" for all cases together."""
     plants: dict[str, Any] = {}
     for plant in sorted({case.key["plant"] for case in cases}):
         own = [case for case in cases if case.key["plant"] == plant]
         modes = sorted({case.mode for case in own})
+        persons = sorted({case.person for case in own})
         plants[plant] = {
             "all": group_scores(own),
             **{mode: group_scores([c for c in own if c.mode == mode]) for mode in modes},
+            **{f"who {p}": group_scores([c for c in own if c.person == p]) for p in persons},
         }
     return {"rules": REGISTERED, "plants": plants, "cases": [_line(case) for case in cases]}
 
 
 def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     """All metrics of a group of cases."""
-    by = {s: [c for c in cases if c.status == s] for s in ("null", "single", "pair", "unknown")}
+    by = {s: [c for c in cases if c.status == s] for s in STATUSES}
     single = by["single"]
     return {
         "cases": dict(Counter(case.status for case in cases)),
@@ -101,6 +112,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "calibration": _calibration(cases),
         "unknown": _unknown_scores(by["unknown"], single),
         "pairs": _pair_scores(by["pair"]),
+        "moved": _moved_scores(by["moved"]),
         "abstention": rate([case.verdict is None for case in cases]),
         "abstention_hidden": rate(
             [not case.claims_gap for case in cases if case.status == "hidden"]
@@ -117,6 +129,7 @@ def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     return {
         "detection": rate([case.claims_gap for case in single]),
         "family_top1": rate([_rank(case) == 1 for case in single]),
+        "effect_top1": rate([case.right_single for case in single]),
         "family_top3": rate([_rank(case) <= 3 for case in single]),
         "side_top1": rate([_side_right(case) for case in single]),
         "class_top1": rate([_class_right(case) for case in single]),
@@ -140,8 +153,7 @@ def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         if case.verdict is None or case.status in ("pair", "hidden"):
             continue
         name, p = next(iter(family_probabilities(case.verdict).items()))
-        right = {"null": NO_GAP, "unknown": NONE}.get(case.status) or family(case.truth[0])
-        pairs.append((p, name == right))
+        pairs.append((p, name in map(family, case.right)))
     if not pairs:
         return {"ece": None, "n": 0, "bins": []}
     bins = reliability(pairs, CALIBRATION_BINS)
@@ -157,6 +169,15 @@ def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) 
         for name in ("far", "near")
     }
     return {"auroc": area_under_curve(high, low), "rejected": distance}
+
+
+def _moved_scores(moved: Sequence[ScoredCase]) -> dict[str, Any]:
+    """Whether another movement is seen, named, and at least in the 90 % set."""
+    return {
+        "detection": rate([case.claims_gap for case in moved]),
+        "named": rate([_rank(case) == 1 for case in moved]),
+        "in_set": rate([bool(_covered(case)) for case in moved]),
+    }
 
 
 def _pair_scores(pairs: Sequence[ScoredCase]) -> dict[str, Any]:
@@ -242,7 +263,7 @@ def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:
     """Answered families by true family; pairs by their joined families."""
     table: dict[str, Counter[str]] = {}
     for case in cases:
-        names = {"null": NO_GAP, "hidden": "hardly shows"}
+        names = {"null": NO_GAP, "hidden": "hardly shows", "moved": MOVED}
         truth = names.get(case.status) or JOIN.join(family(label) for label in case.truth)
         table.setdefault(truth, Counter())[_top_family(case)] += 1
     return {truth: dict(row) for truth, row in sorted(table.items())}
@@ -264,7 +285,9 @@ def _line(case: ScoredCase) -> dict[str, Any]:
         "plant": case.key["plant"],
         "mode": case.mode,
         "status": case.status,
+        "person": case.person,
         "truth": JOIN.join(case.truth) or NO_GAP,
+        "moved": case.moved,
         "answer": _top_family(case),
         "p": None if case.verdict is None else next(
             iter(family_probabilities(case.verdict).values())

@@ -12,12 +12,14 @@ from typing import Any
 from scapulohumeral.gap.benchmark.metrics import family_probabilities, probabilities
 from scapulohumeral.gap.benchmark.rules_of_thumb import baseline_families
 from scapulohumeral.gap.explained import reducible_share
-from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, family, matches
 
 LARGE_MULTIPLE = 2.0
 
 
 UNANSWERED = "unanswered"
+# Who was simulated before keys said so.
+YIELDS = "yields"
 
 
 @dataclass(frozen=True)
@@ -68,15 +70,39 @@ class ScoredCase:
         return tuple(effect["label"] for effect in self.key["effects"])
 
     @property
+    def moved(self) -> bool:
+        """Whether the test movement was done otherwise by as much as shows."""
+        otherwise = self.key.get("otherwise")  # keys of earlier draws do not say
+        return bool(otherwise is not None and otherwise["shown"])
+
+    @property
     def status(self) -> str:
-        """null, hidden (does not show), single, pair or unknown."""
+        """null, hidden (does not show), moved (the movement alone), single, pair or unknown."""
         if not self.truth:
             return "null"
+        if self.truth == (MOVED,):
+            return "moved" if self.key["shown"] else "hidden"
         if not self.key["shown"]:
-            return "hidden"
+            return "moved" if self.moved else "hidden"
         if any(label.startswith("unknown/") for label in self.truth):
             return "unknown"
         return "single" if len(self.truth) == 1 else "pair"
+
+    @property
+    def right(self) -> tuple[str, ...]:
+        """Labels that each are a right answer: the cause, another movement that shows, or both."""
+        movement = (MOVED,) if self.moved or self.status == "moved" else ()
+        if self.status in ("null", "hidden"):
+            return (NO_GAP, *self.truth)
+        if self.status == "moved":
+            return tuple(dict.fromkeys((*movement, *self.truth)))
+        cause = (NONE,) if self.status == "unknown" else self.truth
+        return (*cause, *movement)
+
+    @property
+    def person(self) -> str:
+        """How the person met the effect: yields, keeps or changes the movement."""
+        return str(self.key.get("person", YIELDS))
 
     @property
     def mode(self) -> str:
@@ -101,8 +127,8 @@ class ScoredCase:
 
     @property
     def right_single(self) -> bool:
-        """Whether one effect was injected and its family is the most probable."""
-        return self.status == "single" and _rank(self) == 1
+        """Whether one effect was injected and its own family is the most probable."""
+        return self.status == "single" and _top_family(self) == family(self.truth[0])
 
     @property
     def large(self) -> bool:
@@ -137,24 +163,27 @@ class ScoredCase:
 
 
 def _rank(case: ScoredCase) -> int:
-    """Place of the right family, beyond all places if it is missing."""
+    """Place of the first right family, beyond all places if none is there."""
     if case.verdict is None:
         return 10**6
     order = list(family_probabilities(case.verdict))
-    right = family(case.truth[0])
-    return order.index(right) + 1 if right in order else 10**6
+    places = [order.index(name) + 1 for name in _right_families(case) if name in order]
+    return min(places, default=10**6)
+
+
+def _right_families(case: ScoredCase) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(family(label) for label in case.right))
 
 
 def _family_p(case: ScoredCase) -> float:
-    return (
-        0.0
-        if case.verdict is None
-        else family_probabilities(case.verdict).get(family(case.truth[0]), 0.0)
-    )
+    if case.verdict is None:
+        return 0.0
+    p = family_probabilities(case.verdict)
+    return sum(p.get(name, 0.0) for name in _right_families(case))
 
 
 def _side_right(case: ScoredCase) -> bool:
-    return _top_family(case).split("/")[0] == case.truth[0].split("/")[0]
+    return _top_family(case).split("/")[0] in {label.split("/")[0] for label in case.right}
 
 
 def _top_family(case: ScoredCase) -> str:
@@ -168,7 +197,7 @@ def _class_right(case: ScoredCase) -> bool:
     grouped = {label for labels in groups for label in labels}
     groups |= {(k,): p for k, p in probabilities(case.verdict).items() if k not in grouped}
     top = max(groups, key=lambda labels: groups[labels])
-    return any(family(label) == family(case.truth[0]) for label in top)
+    return any(family(label) in _right_families(case) for label in top)
 
 
 def _covered(case: ScoredCase) -> bool | None:
@@ -176,12 +205,7 @@ def _covered(case: ScoredCase) -> bool | None:
     if case.status == "pair" or case.answer is None or case.answer["status"] == "failed":
         return None
     chosen = case.answer["set90"]
-    if case.status == "null":
-        return NO_GAP in chosen
-    if case.status == "unknown":
-        return NONE in chosen
-    named = any(matches(label, case.truth[0]) for label in chosen)
-    return named or (case.status == "hidden" and NO_GAP in chosen)
+    return any(matches(label, right) for label in chosen for right in case.right)
 
 
 def _none_p(case: ScoredCase) -> float:

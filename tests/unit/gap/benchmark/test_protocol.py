@@ -93,6 +93,16 @@ def test_honest_answers_are_scored(
     assert len(again["earlier_looks"]) == 1
 
 
+def test_a_draw_whose_seed_was_known_is_never_called_a_first_look(
+    files: BlindFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scapulohumeral.gap.benchmark.scored_case.baseline_families", lambda *_: {})
+    seal(files.cases, keys(files), files.published, known=True)
+    answer(files, 1, command(files))
+    card = score(files, keys(files), tmp_path / "scores.json")
+    assert card["look"] == "open draw: its seed was known"
+
+
 def test_published_file_does_not_give_keys_away(answered: BlindFiles) -> None:
     """A key has few possible contents: without a salt its hash could be guessed."""
     published = json.loads(answered.published.read_text())["cases"]

@@ -8,9 +8,9 @@ import pytest
 
 from scapulohumeral.gap.benchmark.metrics import area_under_curve, family_probabilities, rate
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
-from scapulohumeral.gap.benchmark.score_card import group_scores
+from scapulohumeral.gap.benchmark.score_card import group_scores, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
-from scapulohumeral.gap.labels import matches
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, matches
 
 pytestmark = pytest.mark.unit
 
@@ -201,6 +201,66 @@ def test_shrinkage_is_compared_with_the_truth_where_it_is_known() -> None:
     assert found["error"]["n"] == 2
     assert found["error"]["median"] == pytest.approx((0.3 + 1 / 30) / 2, abs=1e-4)
     assert found["ci_coverage"]["value"] == 0.5
+
+
+def otherwise(key_: dict, shown: bool = True, person: str = "changes") -> dict:
+    """A key whose test movement was done otherwise."""
+    return {**key_, "person": person, "otherwise": {"deg": {"SC_rx": 6.0}, "shown": shown}}
+
+
+@pytest.mark.parametrize(
+    ("key_", "status", "right"),
+    [
+        (otherwise(key(TEAR)), "single", (TEAR, MOVED)),
+        (otherwise(key(TEAR), shown=False), "single", (TEAR,)),
+        (otherwise(key(TEAR, shown=False)), "moved", (MOVED, TEAR)),
+        (otherwise(key(TEAR, shown=False), shown=False), "hidden", (NO_GAP, TEAR)),
+        (otherwise(key(MOVED), person="keeps"), "moved", (MOVED,)),
+        (otherwise(key(MOVED, shown=False), shown=False), "hidden", (NO_GAP, MOVED)),
+        (otherwise(key("unknown/far/splint")), "unknown", (NONE, MOVED)),
+        (key("unknown/far/splint"), "unknown", (NONE,)),
+        (key(None), "null", (NO_GAP,)),
+    ],
+)
+def test_another_movement_that_shows_is_a_right_answer_too(key_, status, right) -> None:
+    found = case(key_, None)
+    assert found.status == status
+    assert found.right == right
+
+
+def test_the_effect_and_the_movement_are_both_right_but_only_one_is_the_effect() -> None:
+    both = otherwise(key(TEAR))
+    named = [case(both, answer({TEAR: 0.9})), case(both, answer({MOVED: 0.9}))]
+    wrong = case(both, answer({GAIN: 0.9}))
+    scores = group_scores([*named, wrong])
+    assert (scores["family_top1"]["hits"], scores["effect_top1"]["hits"]) == (2, 1)
+    assert (scores["class_top1"]["hits"], scores["side_top1"]["hits"]) == (2, 2)
+    assert scores["set90"]["coverage"]["hits"] == 2
+    assert scores["calibration"]["bins"][-1]["right"] == 1.0
+    # What is removed of the hidden task is asked of the effect alone.
+    assert [one.right_single for one in named] == [True, False]
+
+
+def test_a_changed_movement_alone_is_no_single_effect() -> None:
+    strategy = otherwise(key(MOVED), person="yields")
+    silent = answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"])
+    scores = group_scores([case(strategy, answer({MOVED: 0.9})), case(strategy, silent)])
+    assert scores["detection"]["n"] == 0
+    assert {name: scores["moved"][name]["hits"] for name in scores["moved"]} == {
+        "detection": 1,
+        "named": 1,
+        "in_set": 1,
+    }
+    assert scores["confusion"][MOVED] == {MOVED: 1, NO_GAP: 1}
+
+
+def test_scores_are_split_by_mode_and_person() -> None:
+    keeps = {**key(TEAR), "person": "keeps"}
+    cases = [case(keeps, answer({TEAR: 0.9})), case(key(TEAR, number=2), answer({GAIN: 0.9}))]
+    plant = score_card(cases)["plants"]["P1"]
+    assert list(plant) == ["all", "emg_reference", "who keeps", "who yields"]
+    assert plant["who keeps"]["family_top1"]["value"] == 1.0
+    assert plant["who yields"]["family_top1"]["value"] == 0.0
 
 
 def test_calibration_of_answers_that_are_right_as_often_as_they_say() -> None:

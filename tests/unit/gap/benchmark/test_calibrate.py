@@ -1,0 +1,85 @@
+"""Weights of evidence follow from cases whose truth is known, and are judged on cases left out."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from scapulohumeral.gap.benchmark import calibrate as calibration
+from scapulohumeral.gap.benchmark.calibrate import OpenCase, fitted, left_out, log_score
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.verdict.posterior import Score
+from scapulohumeral.gap.weighing import Weighing, read_weighing
+
+pytestmark = pytest.mark.unit
+
+TEAR, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
+START = Weighing(0.2, 0.2, 40.0, 0.33, 0.1, 0.87, 0.6, 0.67)
+
+
+def open_case(
+    evidence: float, right: tuple[str, ...] = (TEAR,), present: bool = True, draw: str = "one"
+) -> OpenCase:
+    """A case in which a tear has so much more log evidence than a gain."""
+    scores = {
+        TEAR: Score(np.log(0.3), evidence, evidence),
+        GAIN: Score(np.log(0.3), 0.0, 0.0),
+        MOVED: Score(np.log(0.2), -40.0, -40.0),
+        NONE: Score(np.log(0.1), -40.0, -40.0),
+        NO_GAP: Score(np.log(0.1), -40.0, -40.0),
+    }
+    return OpenCase(draw, right, present, True, True, scores)
+
+
+def test_evidence_that_misleads_gets_less_weight() -> None:
+    """With 20 units for the tear it is the cause in three of four cases, or in all."""
+    trusted = fitted([open_case(20.0) for _ in range(8)], START)
+    misleading = [open_case(20.0, (GAIN,)) for _ in range(2)] + [open_case(20.0)] * 6
+    doubted = fitted(misleading, START)
+    p = [open_case(20.0).p_truth(w) for w in (trusted, doubted)]
+    assert p[0] > 0.95
+    assert p[1] == pytest.approx(0.75, abs=0.06)
+    assert log_score(misleading, doubted) > log_score(misleading, START)
+
+
+def test_both_right_answers_count() -> None:
+    alone = open_case(0.0, (TEAR,)).p_truth(START)
+    both = open_case(0.0, (TEAR, GAIN)).p_truth(START)
+    assert both == pytest.approx(2.0 * alone)
+
+
+def test_silence_is_as_probable_as_it_was_right() -> None:
+    quiet = [open_case(0.0, (NO_GAP,), present=False) for _ in range(7)]
+    missed = [open_case(0.0, (TEAR,), present=False) for _ in range(1)]
+    found = fitted([*quiet, *missed], START)
+    assert found.silent == pytest.approx(0.8)
+    # Nothing was seen of the other modes.
+    assert found.silent_motion == found.silent_alone == 0.5
+    assert found.evidence == START.evidence
+
+
+def test_each_case_is_judged_by_weights_that_have_not_seen_its_draw() -> None:
+    cases = [open_case(20.0, draw="one")] * 4 + [open_case(20.0, (GAIN,), draw="two")] * 4
+    judged = left_out(cases, START)
+    p = {draw: [c.p_truth(w) for c, w in judged if c.draw == draw] for draw in ("one", "two")}
+    # Each draw teaches the opposite of the other.
+    assert max(p["one"]) < 0.7
+    assert max(p["two"]) < 0.2
+    assert len(left_out(cases[:4], START)) == 4
+
+
+def test_the_file_is_read_as_written(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [open_case(20.0) for _ in range(5)]
+    monkeypatch.setattr(calibration, "read_open_cases", lambda _: cases)
+    out = tmp_path / "calibration.json"
+    found = calibration.calibrate({"one": {}}, START, out)
+    written = read_weighing(out)
+    assert asdict(written) == pytest.approx(asdict(found), abs=1e-4)
+    document = json.loads(out.read_text())
+    assert document["cases"] == {"one": 5}
+    assert document["left_out"]["by"] == "fifth"
+    before = replace(START)
+    assert document["left_out"]["log_score_with_weights_before"] == pytest.approx(
+        log_score(cases, before), abs=1e-4
+    )

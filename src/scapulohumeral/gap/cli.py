@@ -15,8 +15,7 @@ from pathlib import Path
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
-from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands
-from scapulohumeral.gap.benchmark.calibrate_command import add_calibrate_command
+from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
 
 CONFIG = CONFIG_FOLDER / "config.yaml"

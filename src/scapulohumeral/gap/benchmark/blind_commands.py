@@ -1,4 +1,7 @@
-"""The commands ``gap blind``: seal, answer, score. What computes is imported when a step runs."""
+"""The commands on draws of cases: ``gap blind``, ``gap calibrate``, ``gap ablation``.
+
+What computes is imported when a step runs.
+"""
 
 from __future__ import annotations
 
@@ -66,3 +69,79 @@ def _score(options: argparse.Namespace, command: str) -> int:
     shrinks = partial(hidden_shrinkage, config_file=options.config, cache=options.cache)
     score(files, options.keys, options.out, shrinks, options.jobs)
     return 0
+
+
+def add_calibrate_command(
+    commands: argparse._SubParsersAction, config: Path, settings: Path
+) -> None:
+    """Add ``calibrate`` and ``ablation`` to the commands of ``gap``, with default configuration."""
+    for name, text, run in (
+        (
+            "calibrate",
+            "fit how evidence becomes probability to draws whose keys are open",
+            _calibrate,
+        ),
+        (
+            "ablation",
+            "what each stage of the diagnosis adds, on draws whose keys are open",
+            _ablation,
+        ),
+    ):
+        command = commands.add_parser(
+            name,
+            help=text,
+            epilog="DRAWS holds {second: {cases: DIR, published: FILE, answers: DIR, keys: DIR}}",
+        )
+        command.add_argument(
+            "draws",
+            type=Path,
+            metavar="DRAWS",
+            help="YAML: name -> cases, published, answers, keys",
+        )
+        command.add_argument("--config", type=Path, default=config, metavar="FILE")
+        command.add_argument("--settings", type=Path, default=settings, metavar="FILE")
+        command.add_argument(
+            "--out",
+            type=Path,
+            metavar="FILE",
+            required=run is _ablation,
+            help="default of calibrate: the file that the settings name",
+        )
+        command.set_defaults(run=run)
+
+
+def _calibrate(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.calibrate import calibrate
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+    from scapulohumeral.provenance import CONFIG_FOLDER
+
+    settings = read_settings(read_diagnosis_config(options.config, options.settings))
+    out = options.out or CONFIG_FOLDER / settings.calibration
+    print(calibrate(_draws(options.draws), settings.weighing, out))
+    return 0
+
+
+def _ablation(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.ablation import write_ablation
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+
+    settings = read_settings(read_diagnosis_config(options.config, options.settings))
+    write_ablation(_draws(options.draws), settings.weighing, options.out)
+    return 0
+
+
+def _draws(path: Path) -> dict[str, dict[str, str]]:
+    """Places of draws by name, from a YAML file."""
+    from scapulohumeral.documents import read_mapping
+    from scapulohumeral.errors import ConfigError
+
+    draws = read_mapping(path, "names of draws", "Check the name, and the line named.")
+    wanted = {"cases", "published", "answers", "keys"}
+    for name, places in draws.items():
+        given = set(places) if isinstance(places, dict) else set()
+        if given != wanted:
+            raise ConfigError(
+                f"{path}, {name}: {', '.join(sorted(given)) or 'nothing'}; expected "
+                f"{', '.join(sorted(wanted))}. Correct the entry."
+            )
+    return draws

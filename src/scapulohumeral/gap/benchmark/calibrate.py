@@ -80,20 +80,26 @@ def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
     ------
     DataError                        a file is missing or does not fit its hash, or no case counts
     """
+    return [
+        open_case(name, case)
+        for name, case in read_scored_cases(draws)
+        if case.verdict_or_abstained is not None and case.status != "pair"
+    ]
+
+
+def read_scored_cases(draws: Mapping[str, Mapping[str, str]]) -> list[tuple[str, ScoredCase]]:
+    """All cases of opened draws with the name of their draw, see :func:`read_open_cases`."""
     found = []
     for name, places in draws.items():
         files = BlindFiles(*(Path(places[key]) for key in ("cases", "published", "answers")))
-        found += [
-            _open_case(name, case)
-            for case in opened_cases(files, Path(places["keys"]))
-            if case.verdict_or_abstained is not None and case.status != "pair"
-        ]
-    if not found:
+        found += [(name, case) for case in opened_cases(files, Path(places["keys"]))]
+    if all(case.verdict_or_abstained is None for _, case in found):
         raise DataError(f"{', '.join(draws)}: no answered case; answer and score a draw first.")
     return found
 
 
-def _open_case(draw: str, case: ScoredCase) -> OpenCase:
+def open_case(draw: str, case: ScoredCase) -> OpenCase:
+    """A case as it is calibrated with; its answer must not have failed."""
     answer = case.verdict_or_abstained
     assert answer is not None
     table = read_table(case.answer_folder, "hypotheses")

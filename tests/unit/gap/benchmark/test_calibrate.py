@@ -3,33 +3,15 @@
 import json
 from dataclasses import asdict, replace
 
-import numpy as np
 import pytest
+from open_cases import GAIN, START, TEAR, open_case
 
 from scapulohumeral.gap.benchmark import calibrate as calibration
-from scapulohumeral.gap.benchmark.calibrate import OpenCase, fitted, left_out, log_score
-from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
-from scapulohumeral.gap.verdict.posterior import Score
-from scapulohumeral.gap.weighing import Weighing, read_weighing
+from scapulohumeral.gap.benchmark.calibrate import fitted, left_out, log_score
+from scapulohumeral.gap.labels import NO_GAP
+from scapulohumeral.gap.weighing import read_weighing
 
 pytestmark = pytest.mark.unit
-
-TEAR, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
-START = Weighing(0.2, 0.2, 40.0, 0.33, 0.1, 0.87, 0.6, 0.67)
-
-
-def open_case(
-    evidence: float, right: tuple[str, ...] = (TEAR,), present: bool = True, draw: str = "one"
-) -> OpenCase:
-    """A case in which a tear has so much more log evidence than a gain."""
-    scores = {
-        TEAR: Score(np.log(0.3), evidence, evidence),
-        GAIN: Score(np.log(0.3), 0.0, 0.0),
-        MOVED: Score(np.log(0.2), -40.0, -40.0),
-        NONE: Score(np.log(0.1), -40.0, -40.0),
-        NO_GAP: Score(np.log(0.1), -40.0, -40.0),
-    }
-    return OpenCase(draw, right, present, True, True, scores)
 
 
 def test_evidence_that_misleads_gets_less_weight() -> None:

@@ -41,7 +41,13 @@ SALTS: tuple[Draw | None, ...] = (None, frame_misalignment, scapula_sta)
 TASKS = ("frontal", "scapular", "sagittal")
 # Measurement: with EMG and reference trials, without one of them, without both.
 MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
-ON_EMG = ("measurement/em", "measurement/electrode_shift")
+ON_EMG = (
+    "measurement/em",
+    "measurement/electrode_shift",
+    "unknown/near/distant_crosstalk",
+    "unknown/near/speed_gain",
+    "unknown/far/heart",
+)
 FEWEST_REPEATS, MOST_REPEATS = 3, 5
 # Share of simulated cases whose glenoid is instrumented.
 CONTACT_SHARE = 0.2

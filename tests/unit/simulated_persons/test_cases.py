@@ -344,8 +344,17 @@ def test_plans_follow_their_seed_and_hold_every_family() -> None:
     assert {plan.plant for plan in plans if plan.contact} == {"P1"}
     for plan in plans:
         assert plan.hidden not in plan.tasks
-        on_emg = [i for i in plan.injections if i.label.startswith("measurement/e")]
-        assert plan.emg or not on_emg
+
+
+@pytest.mark.parametrize("kind", ["single", "pair", "unknown"])
+def test_what_is_wrong_with_emg_alone_comes_with_emg(kind: str, arm: Arm) -> None:
+    """Told by what the effect changes in a recording of the arm."""
+    for plan in draw_plans(4, 60, ("par1",), kind):
+        for injection in plan.injections:
+            before, after = arm.measurement, injection.apply(arm).measurement
+            heard = ("emg_gain", "crosstalk", "delay_s", "speed_gain", "slope", "heart")
+            if any(not np.array_equal(getattr(before, k), getattr(after, k)) for k in heard):
+                assert plan.emg, injection.label
 
 
 def test_a_case_drawn_again_keeps_its_families() -> None:

@@ -8,7 +8,7 @@ from scapulohumeral.configuration.check import read_blind
 
 
 wildcard_constraints:
-    benchmark="blind|blind_small",
+    benchmark="blind|blind_small|open",
 
 
 BLIND = read_blind(Path("config/gap/blind.yaml"))
@@ -114,6 +114,11 @@ rule draw_blind_cases:
     params:
         vault=os.path.expanduser(BLIND.keys),
         cases=lambda wildcards: getattr(BLIND.cases, wildcards.benchmark),
+        # The seed of a blind draw is drawn, and nobody knows it.
+        seed=branch(
+            evaluate("{benchmark} == 'open'"), then=f"--seed {BLIND.open_seed}", otherwise=""
+        ),
+        known=branch(evaluate("{benchmark} == 'open'"), then="--open", otherwise=""),
         participants=BLIND.participants,
     threads: 1
     resources:
@@ -123,11 +128,11 @@ rule draw_blind_cases:
         "Blind cases ({wildcards.benchmark}): simulate {params.cases} cases and seal their keys"
     shell:
         "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
-        " && (python -m simulated_persons.generate --cases {params.cases} --results results"
-        " --participants config/participants --names {params.participants}"
+        " && (python -m simulated_persons.generate --cases {params.cases} {params.seed}"
+        " --results results --participants config/participants --names {params.participants}"
         " --out {output.cases} --keys $keys"
         " && python -m scapulohumeral.gap.cli gap blind seal --cases {output.cases}"
-        " --keys $keys --published {output.published}) > {log.python} 2>&1"
+        " --keys $keys --published {output.published} {params.known}) > {log.python} 2>&1"
 
 
 rule answer_blind_cases:
@@ -182,3 +187,35 @@ rule score_blind_answers:
         " && python -m scapulohumeral.gap.cli gap blind score --cases {input.cases}"
         " --published {input.published} --answers {params.answers} --keys $keys"
         " --out {output.scores} --jobs {threads} > {log.python} 2>&1"
+
+
+# Fit the weights of evidence to the open cases, and tell what each stage of the diagnosis adds. Copy
+# the former to config/gap/calibration.json to use them.
+rule calibrate_evidence:
+    input:
+        cases="results/gap/open/cases",
+        published="results/gap/open/published.json",
+        answered="results/gap/open/answered",
+    output:
+        draws="results/gap/open/draws.yaml",
+        weights="results/gap/open/calibration.json",
+        ablation="results/gap/open/ablation.csv",
+    log:
+        python="results/logs/calibrate_evidence.python.log",
+    benchmark:
+        "results/benchmarks/calibrate_evidence.jsonl"
+    params:
+        vault=os.path.expanduser(BLIND.keys),
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=20,
+    message:
+        "Open cases: fit the weights of evidence"
+    shell:
+        "keys=$(ls -d {params.vault}/open-* | tail -n 1)"
+        ' && echo "open: {{cases: {input.cases}, published: {input.published},'
+        ' answers: results/gap/open/answers, keys: $keys}}" > {output.draws}'
+        " && (python -m scapulohumeral.gap.cli gap calibrate {output.draws} --out {output.weights}"
+        " && python -m scapulohumeral.gap.cli gap ablation {output.draws} --out {output.ablation})"
+        " > {log.python} 2>&1"

@@ -14,6 +14,7 @@ class BlindCases(Section):
 
     blind: Annotated[Whole, key("Large benchmark [1].", ge=1, le=1000)]
     blind_small: Annotated[Whole, key("Small benchmark [1].", ge=1, le=1000)]
+    open: Annotated[Whole, key("Open cases to calibrate with [1].", ge=1, le=1000)]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class BlindBenchmark(Section):
     cases: Annotated[BlindCases, key("Number of cases by benchmark.")]
     nulls: Annotated[Whole, key("Effect-free cases of the null bank [1].", ge=1, le=1000)]
     nulls_seed: Annotated[Seed, key("Seed of the effect-free cases [1].")]
+    open_seed: Annotated[Seed, key("Seed of the open cases [1].")]
     probes: Annotated[Whole, key("Cases that are tested again to check the bank [1].", ge=1, le=20)]
 
 

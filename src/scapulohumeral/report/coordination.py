@@ -29,6 +29,9 @@ from scapulohumeral.report.prediction.judged import Judged, read_judged
 from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.prediction import Condition
 
+# The condition that all others are compared with.
+HEALTHY = "healthy"
+
 
 @dataclass(frozen=True)
 class CoordinationFiles:
@@ -163,12 +166,15 @@ class Cases:
 
     @property
     def healthy(self) -> Prediction | None:
-        """Calibrated muscles with their full force, joints as in the model."""
-        return self._first(lambda p: p.condition.parameters == "calibrated" and not p.limited)
+        """Muscles as the study has them for the participant, with their full force."""
+        return self._first(lambda p: p.condition.name == HEALTHY)
 
     @property
     def generic(self) -> Prediction | None:
-        """Generic muscles with their full force."""
+        """Generic muscles with their full force, beside calibrated ones."""
+        healthy = self.healthy
+        if healthy is not None and healthy.condition.parameters == "generic":
+            return None
         return self._first(lambda p: p.condition.parameters == "generic" and not p.limited)
 
     @property

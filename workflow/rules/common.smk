@@ -91,6 +91,13 @@ def condition_of(wildcards):
     return STUDY.condition(wildcards.condition, wildcards.participant)
 
 
+def posture_scalers(wildcards):
+    """Scalers of a participant whose healthy shoulder has them."""
+    healthy = STUDY.condition("healthy", wildcards.participant)
+    calibrated = healthy["parameters"] == "calibrated"
+    return {"calibration": scalers_of(wildcards.participant)} if calibrated else {}
+
+
 def prediction_inputs(wildcards):
     """Scalers and the solution that a prediction starts from, where it has them."""
     condition, inputs = condition_of(wildcards), {}

@@ -49,6 +49,7 @@ class CoordinationFiles:
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
+    tried : table of variants against the recordings
     moment_arms, joint_force : published measurements (config/literature)
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
@@ -69,6 +70,7 @@ class CoordinationFiles:
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
+    tried: Sequence[Path] = ()
     moment_arms: Sequence[Path] = ()
     joint_force: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
@@ -240,6 +242,7 @@ class Coordination:
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
     postures : girdles of least effort under a still arm, empty if they were not computed
+    tried : variants against the recordings, empty if they were not computed
     """
 
     channels: Channels | None
@@ -256,6 +259,7 @@ class Coordination:
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
     postures: pd.DataFrame = field(default_factory=pd.DataFrame)
+    tried: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -303,6 +307,7 @@ def read_coordination(
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
+        tried=_read_table(files.tried),
     )
 
 

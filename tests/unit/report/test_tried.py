@@ -30,7 +30,8 @@ def chosen(errors: dict[str, dict[str, float]]) -> dict[str, set[str]]:
     """Variants that the others choose, by participant."""
     table = tried_table(distances(errors))
     return {
-        name: set(rows.variant[rows.chosen_by_others]) for name, rows in table.groupby("participant")
+        name: set(rows.variant[rows.chosen_by_others])
+        for name, rows in table.groupby("participant")
     }
 
 

@@ -13,7 +13,8 @@ CHOSEN = "chosen_by_others"
 SHOWN = (
     *("variant", "participant", "plane", "condition", "status", UPWARD_ROTATION_ERROR),
     *("ur_bias_rest_deg", "tilt_rmse_deg", "internal_rotation_rmse_deg"),
-    *("clavicle_elevation_rmse_deg", "in_band_share", "gh_force_rest_bw", "gh_force_peak_bw"),
+    *("clavicle_elevation_rmse_deg", "in_band_share", "recorded_in_band_share"),
+    *("gh_force_rest_bw", "gh_force_peak_bw"),
 )
 
 

@@ -118,9 +118,11 @@ class Study:
         trials = self._file(participant)["trials"]
         return [task for task in self.config["validation"]["tasks"] if task in trials]
 
-    def condition(self, name: str) -> Mapping[str, Any]:
-        """Settings of one predicted shoulder."""
-        return self.config["prediction"]["conditions"][name]
+    def condition(self, name: str, participant: str) -> Mapping[str, Any]:
+        """Settings of one predicted shoulder of a participant."""
+        section = self.config["prediction"]
+        generic = {"parameters": "generic"} if participant in section["generic_muscles"] else {}
+        return {**section["conditions"][name], **generic}
 
     def conditions(self, participant: str) -> list[str]:
         """Conditions that are predicted for a participant."""
@@ -143,7 +145,7 @@ class Study:
             participant
             for participant in self.participants
             if any(
-                self.condition(name)["parameters"] == "calibrated"
+                self.condition(name, participant)["parameters"] == "calibrated"
                 for name in self.conditions(participant)
             )
         ]
@@ -190,6 +192,7 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     # of own participants does not have those of the paper.
     also = [name for name, asked in config["prediction"]["predict_also"].items() if asked]
     _check_names("prediction.predict_also", also, folder)
+    _check_names("prediction.generic_muscles", config["prediction"]["generic_muscles"], folder)
     _check_recordings(study)
     _check_conditions(study)
     _check_variants(study)
@@ -265,16 +268,17 @@ def _check_variants(study: Study) -> None:
     """Refuse predictions of variants, or by conditions, that are not described."""
     section = study.config["variants"]
     described = named_variants(section)
-    for name in section["predict"]:
-        if name not in described:
-            raise ConfigError(
-                f"Config key 'variants.predict' names '{name}', which 'variants.named' does not "
-                f"describe. Choose from: {', '.join(described)}"
-            )
+    for key, names in (("predict", section["predict"]), ("tried", section["tried"]["variants"])):
+        for name in names:
+            if name not in described:
+                raise ConfigError(
+                    f"Config key 'variants.{key}' names '{name}', which 'variants.named' does not "
+                    f"describe. Choose from: {', '.join(described)}"
+                )
     conditions = study.config["prediction"]["conditions"]
     people = section["predict"].values()
     asked = [name for chosen in people for names in chosen.values() for name in names]
-    for name in [*asked, *section["ladder"]["conditions"]]:
+    for name in [*asked, *section["ladder"]["conditions"], section["tried"]["condition"]]:
         if name not in conditions:
             raise ConfigError(
                 f"Config section 'variants' asks for the condition '{name}', which "

@@ -88,7 +88,14 @@ def validation_muscles(wildcards):
 
 def condition_of(wildcards):
     """Settings of one predicted shoulder."""
-    return STUDY.condition(wildcards.condition)
+    return STUDY.condition(wildcards.condition, wildcards.participant)
+
+
+def posture_scalers(wildcards):
+    """Scalers of a participant whose healthy shoulder has them."""
+    healthy = STUDY.condition("healthy", wildcards.participant)
+    calibrated = healthy["parameters"] == "calibrated"
+    return {"calibration": scalers_of(wildcards.participant)} if calibrated else {}
 
 
 def prediction_inputs(wildcards):
@@ -153,8 +160,7 @@ def published_composite(participant):
 
 def variant_inputs(wildcards):
     """What a variant's prediction is made from, beside what it shares with the study."""
-    condition = config["prediction"]["conditions"][wildcards.condition]
-    inputs = variant_files(wildcards)
+    condition, inputs = condition_of(wildcards), variant_files(wildcards)
     if condition["parameters"] == "calibrated":
         inputs["calibration"] = variant_scalers(wildcards)
     if condition["start"] not in ("tracking", "direct"):
@@ -192,6 +198,23 @@ def ladder_results(pattern):
         participant=settings["participant"],
         condition=settings["conditions"],
     )
+
+
+def tried_results(pattern):
+    """Paths of the variants that were tried on every participant."""
+    tried = config["variants"]["tried"]
+    return expand(
+        pattern,
+        variant=tried["variants"],
+        participant=tried["participants"],
+        condition=tried["condition"],
+    )
+
+
+def tried_study(pattern):
+    """Paths of the study's own predictions that variants were tried beside."""
+    tried = config["variants"]["tried"]
+    return expand(pattern, participant=tried["participants"], condition=tried["condition"])
 
 
 SENSITIVITY = read_sensitivity(Path("config/sensitivity.yaml"))

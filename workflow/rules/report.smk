@@ -60,6 +60,7 @@ rule render_report:
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),
         postures=committed_table("static_postures"),
+        tried=committed_table("tried"),
         moment_arms=["config/literature/moment_arms.csv"],
         joint_force=["config/literature/joint_force.csv"],
         geometry=expand(

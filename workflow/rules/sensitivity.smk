@@ -96,13 +96,13 @@ rule sensitivity:
 
 rule solve_static_postures:
     input:
+        unpack(posture_scalers),
         participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
-        calibration="results/calibration/{participant}_scalers.json",
         tracked=tracked_elevations,
         code=code_of("scapulohumeral.stages.checks.static_postures"),
     output:

@@ -158,3 +158,51 @@ rule ladder:
         "The ladder is complete: reports/ladder.csv and reports/ladder.svg"
     shell:
         "cp {input} reports 2> {log.python}"
+
+
+rule tabulate_tried:
+    input:
+        solutions=tried_study("results/prediction/{participant}/{condition}.npz")
+        + tried_results("results/variants/{variant}/{participant}/{condition}.npz"),
+        summaries=tried_study("results/prediction/{participant}/{condition}.summary.json")
+        + tried_results("results/variants/{variant}/{participant}/{condition}.summary.json"),
+        tracked=expand(
+            "results/tracking/{participant}/{plane}_quaternion.npz",
+            participant=config["variants"]["tried"]["participants"],
+            plane=config["planes"],
+        ),
+        participants=expand(
+            PARTICIPANT_FILE, participant=config["variants"]["tried"]["participants"]
+        ),
+        targets="config/targets.yaml",
+        code=code_of(
+            "scapulohumeral.report.prediction.against",
+            "scapulohumeral.report.prediction.tried",
+        ),
+    output:
+        table="results/variants/tried.csv",
+    log:
+        python="results/logs/tabulate_tried.python.log",
+    benchmark:
+        "results/benchmarks/tabulate_tried.jsonl"
+    params:
+        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+    threads: 1
+    message:
+        "Variants against the recordings of all participants"
+    script:
+        "../scripts/tabulate_tried.py"
+
+
+rule tried:
+    # Not part of the study: further predictions. Kept with the report, as the ladder is.
+    input:
+        rules.tabulate_tried.output,
+    log:
+        python="results/logs/tried.log",
+    localrule: True
+    message:
+        "Variants are tried: reports/tried.csv"
+    shell:
+        "cp {input} reports 2> {log.python}"

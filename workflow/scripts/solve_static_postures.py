@@ -10,11 +10,12 @@ from _files import model_files
 
 from scapulohumeral.stages.checks.static_postures import PostureFiles, static_postures
 
+scalers = snakemake.input.get("calibration")
 table = static_postures(
     PostureFiles(
         model=model_files(snakemake),
         channels=Path(snakemake.input.channels),
-        calibration=Path(snakemake.input.calibration),
+        calibration=Path(scalers) if scalers else None,
         tracked=[Path(path) for path in snakemake.input.tracked],
     ),
     snakemake.params.weights,

@@ -22,7 +22,13 @@ from scapulohumeral.configuration.fields import (
     Whole,
     key,
 )
-from scapulohumeral.model.choices import Fibres, GirdleStops, Masses, SerratusPath
+from scapulohumeral.model.choices import (
+    Fibres,
+    GirdleStops,
+    Glenohumeral,
+    Masses,
+    SerratusPath,
+)
 
 Conditions = Annotated[list[ConditionName], Once]
 
@@ -38,6 +44,9 @@ class Model(Section):
     fibres: Annotated[Fibres, key("Rule or table of the optimal fibre lengths [no unit].")]
     girdle_stops: Annotated[
         GirdleStops, key("Where the stops of clavicle and scapula are [no unit].")
+    ]
+    glenohumeral: Annotated[
+        Glenohumeral, key("What resists a turn of the humerus in the glenoid [no unit].")
     ]
 
 
@@ -266,6 +275,11 @@ class Prediction(Section):
     predict_also: Annotated[
         dict[FolderName, Conditions], key("Further conditions by participant [no unit].")
     ]
+    generic_muscles: Annotated[
+        list[FolderName],
+        key("Participants predicted with generic muscles, whatever conditions say [no unit]."),
+        Once,
+    ]
     max_iterations: Annotated[
         Whole,
         key("Iterations after which a solve of a prediction counts as failed [1].", ge=1, le=20000),
@@ -313,6 +327,15 @@ class Ladder(Section):
 
 
 @dataclass(frozen=True)
+class Tried(Section):
+    """Variants beside the study's own model that were tried against the recordings."""
+
+    participants: Annotated[list[FolderName], key("Whose recordings [no unit]."), Once]
+    condition: Annotated[ConditionName, key("Condition of every variant [no unit].")]
+    variants: Annotated[list[ConditionName], key("Names of variants [no unit]."), Once]
+
+
+@dataclass(frozen=True)
 class Variants(Section):
     """Variants of model and problem beside the study's own."""
 
@@ -325,6 +348,7 @@ class Variants(Section):
         key("Conditions to predict by variant and participant [no unit]."),
     ]
     ladder: Annotated[Ladder, key("Rungs between a variant and the study.")]
+    tried: Annotated[Tried, key("Variants against the recordings of all participants.")]
 
 
 @dataclass(frozen=True)

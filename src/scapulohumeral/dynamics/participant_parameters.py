@@ -67,14 +67,11 @@ def dynamics_parameters(
         "thorax_radii": thorax["radii_m"],
         "contact_stiffness": contact.stiffness_N_per_m,
         "contact_eps": contact.eps,
-        "joint_stiffness": [passive.k1_Nm_per_rad] * 4,
-        # The study's springs are linear; the authors' are a choice of the problem.
-        "spring_torque": [0.0] * 4,
         "joint_damping": [passive.b_Nms_per_rad] * 4,
         "stop_stiffness": passive.k2_Nm_per_rad2,
         "stop_eps": passive.eps_rad,
         **girdle_range(record),
-        **rest_pose(record),
+        **joint_springs(record),
     }
     for name in ("clavicle", "scapula", "humerus"):
         segment = segments[f"{name}_r"]
@@ -114,6 +111,22 @@ def rest_pose(record: ModelRecord) -> dict[str, Any]:
             euler_to_quaternion(angles, JOINT_SEQUENCES[joint])
         )
     return rest
+
+
+def joint_springs(record: ModelRecord) -> dict[str, Any]:
+    """Springs of the joints and their rest pose: linear ones, but for a glenohumeral capsule.
+
+    The capsule is the exponential spring of the equations, at rest where the axes of humerus and
+    scapula are the same.
+    """
+    passive = record.constants.passive_joint
+    stiffness, torque = np.full(4, passive.k1_Nm_per_rad), np.zeros(4)
+    rest = rest_pose(record)
+    if record.choices.glenohumeral == "capsule":
+        place = BALL_JOINTS.index("GH")
+        stiffness[place], torque[place] = 0.0, passive.capsule_Nm
+        rest["rest_GH"] = np.eye(3)
+    return {"joint_stiffness": stiffness, "spring_torque": torque, **rest}
 
 
 def forearm(record: ModelRecord) -> tuple[float, Array, Array, Array]:

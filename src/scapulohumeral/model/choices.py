@@ -16,6 +16,7 @@ Masses = Literal["published", "divided", "anthropometric"]
 SerratusPath = Literal["flattened", "flattened_rescaled", "as_scaled"]
 Fibres = Literal["recorded_range", "suspended", "published"]
 GirdleStops = Literal["hanging", "wide"]
+Glenohumeral = Literal["spring", "capsule"]
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,16 @@ class ModelChoices:
         authors set by hand
     girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
         the arm hangs, "wide" stops lie beyond every recorded angle
+    glenohumeral : what resists a turn of the humerus in the glenoid: a weak linear "spring" toward
+        the middle of its range, or a "capsule" that is slack while the arm hangs and ends passive
+        elevation
     """
 
     masses: str = "published"
     serratus_path: str = "flattened"
     fibres: str = "recorded_range"
     girdle_stops: str = "hanging"
+    glenohumeral: str = "spring"
 
     def __post_init__(self) -> None:
         """Refuse words that name no choice."""
@@ -49,6 +54,7 @@ class ModelChoices:
             ("serratus_path", get_args(SerratusPath)),
             ("fibres", get_args(Fibres)),
             ("girdle_stops", get_args(GirdleStops)),
+            ("glenohumeral", get_args(Glenohumeral)),
         ):
             if getattr(self, key) not in allowed:
                 raise ConfigError(

@@ -110,6 +110,7 @@ class PassiveJoint(Closed):
     k2_Nm_per_rad2: Real
     eps_rad: Real
     b_Nms_per_rad: Real
+    capsule_Nm: Real
 
 
 @dataclass(frozen=True)

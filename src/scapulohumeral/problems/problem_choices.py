@@ -49,7 +49,10 @@ class ProblemChoices:
     Attributes
     ----------
     arm : "own" (humerus and elbow as tracked) or "published" (those of the published composite)
-    springs : "linear" or "exponential" springs of the joints, with their rest pose and damping
+    springs : "own" springs of the model, or "exponential" ones of all joints, with their rest pose
+        and damping
+    capsule_Nm : torque of the exponential spring of the model's glenohumeral joint at 0.6 rad;
+        None: that of the model
     conoid : "stiff" at the recorded length, or "soft"
     contact : "fitted" thorax ellipsoid, the "published" one, or "none"
     stops : whether clavicle and scapula have stops at the ends of their ranges
@@ -65,7 +68,8 @@ class ProblemChoices:
     """
 
     arm: str = "own"
-    springs: str = "linear"
+    springs: str = "own"
+    capsule_Nm: float | None = None
     conoid: str = "stiff"
     contact: str = "fitted"
     stops: bool = True
@@ -82,7 +86,7 @@ class ProblemChoices:
         """Refuse words that name no choice, and numbers that are none."""
         words = {
             "arm": ("own", "published"),
-            "springs": ("linear", "exponential"),
+            "springs": ("own", "exponential"),
             "conoid": ("stiff", "soft"),
             "contact": ("fitted", "published", "none"),
             "lost_force": ("active", "whole"),
@@ -92,10 +96,15 @@ class ProblemChoices:
                 raise ConfigError(
                     f"choice {key}: {getattr(self, key)!r}; choose {' or '.join(allowed)}"
                 )
-        for key in ("reaction_rate", "largest_compression_N", "coordinate_margin"):
+        for key in ("capsule_Nm", "reaction_rate", "largest_compression_N", "coordinate_margin"):
             value = getattr(self, key)
             if value is not None and not value > 0:
                 raise ConfigError(f"choice {key}: {value}; expected a positive number")
+        if self.capsule_Nm is not None and self.springs == "exponential":
+            raise ConfigError(
+                f"choice capsule_Nm: {self.capsule_Nm} beside exponential springs, which have a "
+                "torque of their own; leave one of both out"
+            )
         if not self.clavicle_anchor >= 0:
             raise ConfigError(
                 f"choice clavicle_anchor: {self.clavicle_anchor}; expected no negative number"
@@ -105,6 +114,10 @@ class ProblemChoices:
 def chosen_parameters(parameters: np.ndarray, choices: ProblemChoices) -> np.ndarray:
     """Run-time parameters (P,) of the study's model with the choices put on."""
     values: dict[str, object] = {name: block.copy() for name, block in unpack(parameters).items()}
+    if choices.capsule_Nm is not None:
+        torque = unpack(parameters)["spring_torque"].copy()
+        torque[BALL_JOINTS.index("GH")] = choices.capsule_Nm
+        values["spring_torque"] = torque
     if choices.springs == "exponential":
         values |= _exponential_springs(unpack(parameters)["joint_stiffness"])
     if choices.conoid == "soft":

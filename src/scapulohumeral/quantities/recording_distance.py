@@ -35,6 +35,8 @@ class RecordingDistance:
     tilt_rmse_deg, internal_rotation_rmse_deg, clavicle_elevation_rmse_deg : over the rise
     in_band_share : nodes of the rise with upward rotation in the band of healthy people [1]; not a
         number without a band
+    recorded_in_band_share : the same of the recording, at the same nodes [1]: what lies near a
+        recording outside the band cannot lie inside
     compared_to_deg : elevation up to which the recording goes
     """
 
@@ -44,6 +46,7 @@ class RecordingDistance:
     internal_rotation_rmse_deg: float
     clavicle_elevation_rmse_deg: float
     in_band_share: float
+    recorded_in_band_share: float
     compared_to_deg: float
 
 
@@ -63,14 +66,15 @@ def recording_distance(
     def rmse(column: int) -> float:
         return float(np.sqrt(np.mean(difference(column) ** 2)))
 
-    resting = elevation <= rest_below_deg
+    resting, upward = elevation <= rest_below_deg, rise[:, UPWARD_ROTATION]
     return RecordingDistance(
         ur_rmse_deg=rmse(UPWARD_ROTATION),
         ur_bias_rest_deg=float(difference(UPWARD_ROTATION)[resting].mean()),
         tilt_rmse_deg=rmse(POSTERIOR_TILT),
         internal_rotation_rmse_deg=rmse(INTERNAL_ROTATION),
         clavicle_elevation_rmse_deg=rmse(CLAVICLE_ELEVATION),
-        in_band_share=_in_band(plane, elevation, rise[:, UPWARD_ROTATION]),
+        in_band_share=_in_band(plane, elevation, upward),
+        recorded_in_band_share=_in_band(plane, elevation, upward - difference(UPWARD_ROTATION)),
         compared_to_deg=float(elevation[-1]),
     )
 

@@ -70,7 +70,8 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "stability": prediction_tables.stability(coordination),
         "ladder": ladder_content(study),
         "sensitivity": sensitivity_content(study),
-        "postures": posture_content(study),
+        "postures": committed_content(study.coordination.postures),
+        "tried": committed_content(study.coordination.tried),
         "measured": measured_content(study),
         "population": prediction_tables.population_rhythm(),
         "population_source": CITATION,
@@ -113,9 +114,8 @@ def sensitivity_content(study: Study) -> dict[str, Any] | None:
     return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
 
 
-def posture_content(study: Study) -> Table | None:
-    """Static postures of all participants, None if they were not computed; marked: not solved."""
-    table = study.coordination.postures
+def committed_content(table: pd.DataFrame) -> Table | None:
+    """A table of solves as it stands, None if they were not computed; marked: not solved."""
     if table.empty:
         return None
     rows = [

@@ -29,6 +29,9 @@ from scapulohumeral.report.prediction.judged import Judged, read_judged
 from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.prediction import Condition
 
+# The condition that all others are compared with.
+HEALTHY = "healthy"
+
 
 @dataclass(frozen=True)
 class CoordinationFiles:
@@ -46,6 +49,7 @@ class CoordinationFiles:
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
+    tried : table of variants against the recordings
     moment_arms, joint_force : published measurements (config/literature)
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
@@ -66,6 +70,7 @@ class CoordinationFiles:
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
+    tried: Sequence[Path] = ()
     moment_arms: Sequence[Path] = ()
     joint_force: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
@@ -163,12 +168,15 @@ class Cases:
 
     @property
     def healthy(self) -> Prediction | None:
-        """Calibrated muscles with their full force, joints as in the model."""
-        return self._first(lambda p: p.condition.parameters == "calibrated" and not p.limited)
+        """Muscles as the study has them for the participant, with their full force."""
+        return self._first(lambda p: p.condition.name == HEALTHY)
 
     @property
     def generic(self) -> Prediction | None:
-        """Generic muscles with their full force."""
+        """Generic muscles with their full force, beside calibrated ones."""
+        healthy = self.healthy
+        if healthy is not None and healthy.condition.parameters == "generic":
+            return None
         return self._first(lambda p: p.condition.parameters == "generic" and not p.limited)
 
     @property
@@ -234,6 +242,7 @@ class Coordination:
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
     postures : girdles of least effort under a still arm, empty if they were not computed
+    tried : variants against the recordings, empty if they were not computed
     """
 
     channels: Channels | None
@@ -250,6 +259,7 @@ class Coordination:
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
     postures: pd.DataFrame = field(default_factory=pd.DataFrame)
+    tried: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -297,6 +307,7 @@ def read_coordination(
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
+        tried=_read_table(files.tried),
     )
 
 

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy as sm
 from scipy.spatial.transform import Rotation
 from skeleton import CONSTANTS, joint, muscle, skeleton_record
 
 from scapulohumeral.dynamics import participant_parameters as pp
+from scapulohumeral.dynamics.joint_springs import spring_torques
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.constants import PassiveJoint, ScapulothoracicContact
@@ -24,7 +26,7 @@ def make_record(pronation=0.0, hu=STRAIGHT):
     rod = (4e-3, 1e-3, 4e-3, 0.0, 0.0, 0.0)
     bodies = ("clavicle_r", "scapula_r", "humerus_r")
     contact = ScapulothoracicContact(2e4, 0.01, 1.0, ("upper", "lower"))
-    passive = PassiveJoint(1.5, 400.0, 0.01, 0.7)
+    passive = PassiveJoint(1.5, 400.0, 0.01, 0.7, 0.3)
     return replace(
         skeleton_record(),
         gravity_mps2=(0.0, -9.8, 0.0),
@@ -112,6 +114,37 @@ def test_rest_is_the_middle_of_the_ranges():
     for name, sequence in (("SC", "YZX"), ("AC", "YZX"), ("GH", "YZY")):
         expected = Rotation.from_euler(sequence, [0.2, 0.2, 0.2]).as_matrix()
         np.testing.assert_allclose(rest[f"rest_{name}"], expected, atol=1e-15)
+
+
+def test_a_capsule_takes_the_place_of_the_glenohumeral_spring_alone():
+    plain = make_record()
+    spring = pp.joint_springs(plain)
+    capsule = pp.joint_springs(
+        replace(plain, choices=replace(plain.choices, glenohumeral="capsule"))
+    )
+    np.testing.assert_array_equal(spring["joint_stiffness"], [1.5] * 4)
+    np.testing.assert_array_equal(spring["spring_torque"], [0.0] * 4)
+    np.testing.assert_array_equal(capsule["joint_stiffness"], [1.5, 1.5, 0.0, 1.5])
+    np.testing.assert_array_equal(capsule["spring_torque"], [0.0, 0.0, 0.3, 0.0])
+    np.testing.assert_array_equal(capsule["rest_GH"], np.eye(3))
+    for name in ("rest_SC", "rest_AC", "rest_EL"):
+        np.testing.assert_array_equal(capsule[name], spring[name])
+
+
+def test_capsule_ends_passive_elevation_where_examiners_find_its_end():
+    """A relaxed arm of 4 kg, 10 N m when horizontal, is held up between 80 and 100 deg."""
+    torque = CONSTANTS.passive_joint.capsule_Nm
+    borne = {
+        degrees: -float(
+            spring_torques(
+                sm.Matrix(Rotation.from_euler("X", degrees, degrees=True).as_matrix()),
+                sm.eye(3), sm.Float(0), sm.Float(torque),
+            )[0]
+        )
+        for degrees in (30, 80, 100)
+    }  # fmt: skip
+    assert borne[80] < 10.0 < borne[100]
+    assert borne[30] < 0.5, "slack while the arm hangs"
 
 
 def test_parameters_are_found_under_their_names():

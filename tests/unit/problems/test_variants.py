@@ -99,6 +99,7 @@ def test_the_studys_own_choices_change_no_parameter():
         ({"stops": False}, {"stop_stiffness"}),
         ({"contact": "none"}, {"contact_stiffness"}),
         ({"contact": "published"}, {"thorax_centre", "thorax_radii"}),
+        ({"capsule_Nm": 0.5}, {"spring_torque"}),
     ],
 )
 def test_a_choice_changes_its_own_parameters_only(choices, blocks):
@@ -144,7 +145,9 @@ def test_lost_muscles_lose_active_or_whole_force():
 
 
 def test_unknown_choices_are_refused():
-    with pytest.raises(ConfigError, match="choice springs: 'cubic'; choose linear or exponential"):
+    with pytest.raises(ConfigError, match="choice springs: 'cubic'; choose own or exponential"):
         ProblemChoices(springs="cubic")
     with pytest.raises(ConfigError, match="coordinate_margin"):
         ProblemChoices(coordinate_margin=0.0)
+    with pytest.raises(ConfigError, match=r"capsule_Nm: 0.5 beside exponential springs"):
+        ProblemChoices(capsule_Nm=0.5, springs="exponential")

@@ -63,7 +63,15 @@ def test_elevations_come_in_one_order_and_all() -> None:
 def test_predictions_are_those_of_all_and_those_of_one() -> None:
     one = study()
     assert one.predicted() == [("par2", "healthy"), ("par1", "healthy"), ("par1", "cuff_w2")]
-    assert one.condition("cuff_w2")["muscles"] == ["supra", "infra"]
+    assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
+
+
+def test_muscles_calibrated_to_a_random_plant_are_not_predicted_with() -> None:
+    one = study()
+    assert one.condition("cuff_w2", "par2")["parameters"] == "calibrated"
+    assert one.condition("cuff_w2", "par1")["parameters"] == "generic"
+    plain = study(lambda config: config["prediction"].update(generic_muscles=[]))
+    assert plain.condition("cuff_w2", "par1")["parameters"] == "calibrated"
 
 
 def test_muscles_are_calibrated_if_anything_needs_them() -> None:

@@ -81,6 +81,14 @@ def test_failed_posture_keeps_its_reason(monkeypatch):
     assert row == {"status": "static posture: too many iterations"}
 
 
+def test_least_force_is_said_in_body_weight(monkeypatch):
+    monkeypatch.setattr(stage, "static_posture", lambda *_: found([0.1, 0, 0]))
+    monkeypatch.setattr(stage, "least_joint_force", lambda *_: 9.80665 * 5.0)
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    assert row["least_force_bw"] == pytest.approx(10.0)
+    assert set(row) | {"participant", "plane", "arm_deg"} == set(stage.COLUMNS)
+
+
 def test_joint_that_is_pulled_apart_is_no_posture(monkeypatch):
     reactions = iter([(100.0, 0.0, 0.0), (-100.0, 0.0, 0.0)])
     monkeypatch.setattr(stage, "static_posture", lambda *_: found([0, 0, 0], next(reactions)))

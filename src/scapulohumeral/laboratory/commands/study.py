@@ -130,6 +130,7 @@ def own_study(
         "prediction": {
             "predict": list(predict),
             "predict_also": {name: [] for name in config["prediction"]["predict_also"]},
+            "generic_muscles": [],
         },
         "variants": {
             "predict": {

@@ -282,6 +282,14 @@ class AgainstFiles:
 
 def compare(files: AgainstFiles, region: Region, recording: Path, published: Path) -> None:
     """Write both tables."""
+    distances_to_recordings(files, region).to_csv(recording, index=False, float_format="%.4g")
+    predictions = read_predictions(files.solutions, files.summaries)
+    people = {path.parent.name: path for path in files.participants}
+    against_published(predictions, people).to_csv(published, index=False, float_format="%.4g")
+
+
+def distances_to_recordings(files: AgainstFiles, region: Region) -> pd.DataFrame:
+    """The table of :func:`against_recording` of predictions in files."""
     predictions = read_predictions(files.solutions, files.summaries)
     people = {path.parent.name: path for path in files.participants}
     tracked: dict[str, dict[str, np.ndarray]] = {}
@@ -294,5 +302,4 @@ def compare(files: AgainstFiles, region: Region, recording: Path, published: Pat
     table = against_recording(predictions, tracked, people, region, rest)
     if files.audit is not None:
         table = with_audit(table, pd.read_csv(files.audit))
-    table.to_csv(recording, index=False, float_format="%.4g")
-    against_published(predictions, people).to_csv(published, index=False, float_format="%.4g")
+    return table

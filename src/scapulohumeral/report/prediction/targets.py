@@ -235,6 +235,7 @@ def distance_table(judged: Judged) -> Table:
         "internal_rotation_rmse_deg": "internal rotation, RMSE",
         "clavicle_elevation_rmse_deg": "clavicle elevation, RMSE",
         "in_band_share": "share in the healthy band [1]",
+        "recorded_in_band_share": "of the recording [1]",
         "outside_fit_share": "share outside the fit [1]",
         "stop_moment_median_Nm": "stops, median [N m]",
     }

@@ -16,11 +16,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy import constants
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.problems.least_joint_force import least_joint_force
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import effort_factors
 from scapulohumeral.problems.static_posture import Posture, StaticSolution, static_posture
@@ -44,17 +46,17 @@ COLUMNS = (
     *("participant", "plane", "arm_deg", "status"),
     *(f"{name}_{angle}_deg" for angle in ANGLES for name in ("recorded", "free")),
     *(f"{name}_{cost}" for cost in COSTS for name in ("free", "held")),
-    "paying",
+    *("least_force_bw", "paying"),
 )
 
 
 @dataclass(frozen=True)
 class PostureFiles:
-    """A participant's model, EMG channels, scalers, and tracked elevations."""
+    """A participant's model, EMG channels, scalers (None: generic), and tracked elevations."""
 
     model: ModelFiles
     channels: Path
-    calibration: Path
+    calibration: Path | None
     tracked: Sequence[Path]
 
 
@@ -63,7 +65,8 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
 
     Columns: participant, plane, arm_deg; upward rotation, posterior tilt and clavicle elevation
     recorded and of least effort [deg]; effort and objective of both; joint force [% of body
-    weight]; groups whose effort rises most when the recorded girdle is held; status.
+    weight], of both and the least that any activations need for the recorded girdle; groups whose
+    effort rises most when the recorded girdle is held; status.
 
     Parameters
     ----------
@@ -117,6 +120,9 @@ def _row(posture: Posture, pose: Array, record: ModelRecord) -> dict[str, Any]:
         **_angles("recorded", pose),
         **_angles("free", free.pose),
         **costs,
+        "least_force_bw": 100.0
+        * least_joint_force(posture, held.pose)
+        / (record.body_mass_kg * constants.g),
         "paying": _paying(posture, free, held, record),
         "status": "optimal",
     }

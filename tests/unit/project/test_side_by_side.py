@@ -15,7 +15,8 @@ def compare() -> ModuleType:
     """The script, which is no module of the package."""
     path = REPOSITORY / "tests/side_by_side/compare.py"
     spec = importlib.util.spec_from_file_location("compare", path)
-    assert spec and spec.loader
+    assert spec
+    assert spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -55,9 +55,10 @@ blind_small: $(environment) ## The same with 20 cases, for a first look (half an
 	$(study) results/gap/blind_small/scores.json
 	cp results/gap/blind_small/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
 
-bench: $(environment) ## Measure the solver against limited memory and plain opty (half an hour)
+bench: $(environment) ## Measure the solver against CasADi, opty and Moco, one by one (an hour)
 	pytest -m slow --numprocesses $(CORES)
-	$(study) results/bench/solver.json
+	$(study) --cores 1 results/bench/peers.json
+	cp results/bench/peers.json reports/peers.json
 
 test: lint unit ## Check format, types and workflow; run the tests and the quick study
 	$(quick)

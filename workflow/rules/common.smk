@@ -297,6 +297,12 @@ def real_case_tables():
     return [str(made)] if made.is_file() and config["diagnose"] else []
 
 
+def speed_records():
+    """Committed records of runs beside the study, as far as there are any."""
+    names = ("side_by_side", "peers", "kills")
+    return [f"reports/{name}.json" for name in names if Path(f"reports/{name}.json").is_file()]
+
+
 def tracking_results(pattern):
     """Paths of all configured tracking problems."""
     return expand(

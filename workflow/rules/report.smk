@@ -74,6 +74,7 @@ rule render_report:
         ),
         blind_scores=blind_scores(),
         real_cases=real_case_tables(),
+        speed=speed_records(),
         # The report lists the assumptions that comments and texts in these files mark.
         sources=sorted(
             str(path)

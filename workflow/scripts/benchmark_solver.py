@@ -1,4 +1,4 @@
-"""Rule benchmark_solver: ratios to a limited-memory Hessian and to plain opty."""
+"""Rule benchmark_solver: ratios to a limited-memory Hessian."""
 
 from pathlib import Path
 
@@ -14,6 +14,5 @@ benchmark_solver(
     trial="frontal",
     files=model_files(snakemake),
     settings=solve_settings(snakemake),
-    opty_muscles=snakemake.params.opty_muscles,
     output=Path(snakemake.output.record),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from scapulohumeral.configuration.fields import FolderName, Once, Section, Seed, Whole, key
+from scapulohumeral.configuration.fields import FolderName, Once, Real, Section, Seed, Whole, key
 
 
 @dataclass(frozen=True)
@@ -41,5 +41,10 @@ class SolverBenchmark(Section):
     """Benchmark of the solver, ``config/bench.yaml``."""
 
     opty_muscles: Annotated[
-        Whole, key("Muscles in the model that plain opty builds [1].", ge=1, le=126)
+        list[Annotated[Whole, key("Number of muscles [1].", ge=1, le=126)]],
+        key("Muscles in the models that plain opty builds [1].", min_length=1),
+        Once,
+    ]
+    peer_limit_s: Annotated[
+        Real, key("Time that a peer gets for building or solving [s].", gt=0, le=36000)
     ]

@@ -9,6 +9,7 @@ import numpy as np
 from scapulohumeral.report import chapters, tables
 from scapulohumeral.report.coordination_targets import coordination_verdicts
 from scapulohumeral.report.published.comparison import comparison
+from scapulohumeral.report.speed import speed_content
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
 from scapulohumeral.report.tracking import figures, solver_figures
@@ -52,6 +53,7 @@ def _content(study: Study) -> dict[str, Any]:
         "player": chapters.player(study),
         "gap": chapters.gap_chapter(study),
         "tables": _tables(study),
+        "speed": speed_content(study.speed),
         "trials": [
             {
                 "participant": trial.participant,

@@ -41,6 +41,7 @@ class ReportFiles:
     coordination : files of EMG, calibration, validation and prediction, as far as there are any
     diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
     real_cases : table of diagnoses whose cause is known, or none
+    speed : records ``side_by_side.json``, ``peers.json``, ``kills.json``, as far as there are any
     """
 
     summary: Path
@@ -57,6 +58,7 @@ class ReportFiles:
     diagnoses: Sequence[Path] = ()
     blind_scores: Sequence[Path] = ()
     real_cases: Sequence[Path] = ()
+    speed: Sequence[Path] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +126,7 @@ class Study:
     coordination : EMG, calibration, validation and prediction
     diagnoses, blind_scores : documents of the gap diagnosis
     real_cases : one row per diagnosis of known cause; empty if none was made
+    speed : records of runs beside the study, by name
     """
 
     summary: pd.DataFrame
@@ -140,6 +143,7 @@ class Study:
     diagnoses: list[dict[str, Any]]
     blind_scores: list[dict[str, Any]]
     real_cases: pd.DataFrame
+    speed: dict[str, dict[str, Any]]
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""
@@ -184,6 +188,7 @@ def read_study(files: ReportFiles) -> Study:
         diagnoses=[_read_json(path) for path in files.diagnoses],
         blind_scores=[_read_json(path) for path in files.blind_scores],
         real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
+        speed={path.stem: _read_json(path) for path in files.speed},
     )
 
 

@@ -1,0 +1,1 @@
+"""What users would pick instead of this solver, measured on the same problem."""

@@ -1,6 +1,6 @@
 """Kill the quick study at random moments, run it again, and compare its numbers.
 
-    python tests/kill_study.py --kills 20 --seed 1 --out results/kills.json
+    python tests/kill_study.py --kills 20 --seed 1 --out reports/kills.json
 
 Each round solves the tracking problems of the quick study anew, kills every process of the study
 with SIGKILL after a random share of the time that an uninterrupted run took, and runs the study
@@ -78,7 +78,7 @@ def main() -> None:
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("results/kills.json"))
+    parser.add_argument("--out", type=Path, default=Path("reports/kills.json"))
     options = parser.parse_args()
     rng = random.Random(options.seed)
     whole, rounds = run(options.cores, anew=True), []

@@ -79,12 +79,15 @@ def _largest_difference(record: Record) -> float:
 
 
 def peer_table(record: Record) -> Table:
-    """This solver and others on one tracking problem; marked: did not finish."""
+    """This solver and others on one tracking problem; marked: did not solve it."""
     seconds = record["own"]["tracking_processor_seconds"]
     rows, flagged = _own_rows(record["own"])
     for name, (peer, problem) in PEERS.items():
-        found = record["peers"][name]
-        if not found["finished"]:
+        found = record["peers"].get(name)
+        if found is None:
+            continue
+        solved_it = found["finished"] and found["optimal"]
+        if not solved_it:
             flagged.add(len(rows))
         built, solved = found.get("build_seconds"), found.get("solve_seconds")
         taken = solved or found["processor_seconds"] - (built or 0.0)
@@ -96,7 +99,7 @@ def peer_table(record: Record) -> Table:
                 f"{taken:.1f}",
                 str(found.get("iterations", "")),
                 found["message"],
-                f"{'' if found['finished'] else '> '}{taken / seconds:.1f}",
+                f"{'' if solved_it else '> '}{taken / seconds:.1f}",
             )
         )
     columns = (

@@ -49,7 +49,7 @@ def peers() -> dict:
     evaluated = {"own_evaluation_seconds": 0.002, "evaluation_seconds": 0.004}
     found = {
         "casadi": {**ended, "build_seconds": 55.0, "solve_seconds": 30.0, "iterations": 60,
-                   "message": "Solve_Succeeded"},
+                   "optimal": True, "message": "Solve_Succeeded"},
         "moco_inverse": {**over, "build_seconds": 10.0, "iterations": 8},
         "moco_track": {**over, "processor_seconds": 1.0, "message": "RuntimeError: locked"},
         "opty_8": {**over, "own_build_seconds": 15.0},
@@ -81,6 +81,15 @@ def test_a_peer_is_compared_by_what_it_took_to_solve_and_says_why_it_did_not(pee
     assert rows["OpenSim MocoTrack"][5] == "RuntimeError: locked"
     assert rows["this solver, limited memory"][5:] == ("objective not reached", "> 12.0")
     assert shown.flagged == {1, 3, 4}
+
+
+def test_a_peer_that_gave_up_has_not_solved_it(peers):
+    stopped = {"optimal": False, "message": "Maximum_CpuTime_Exceeded"}
+    peers["peers"]["casadi"] |= stopped
+    del peers["peers"]["moco_track"]
+    shown = peer_table(peers)
+    assert shown.rows[2][5:] == ("Maximum_CpuTime_Exceeded", "> 3.0")
+    assert shown.flagged == {1, 2, 3}
 
 
 def test_opty_stands_by_number_of_muscles(peers):

@@ -65,6 +65,7 @@ def casadi_solve(
             solve_seconds=time.process_time() - begin,
             iterations=int(stats["iter_count"]),
             objective=float(result["f"]),
+            optimal=bool(stats["success"]),
             message=stats["return_status"],
             peak_MB=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         )

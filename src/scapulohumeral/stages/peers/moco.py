@@ -75,6 +75,7 @@ def _solve(
     notes.add(
         solve_seconds=time.process_time() - begin,
         iterations=solution.getNumIterations(),
+        optimal=solution.success(),
         message=solution.getStatus(),
     )
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
-from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, pack
+from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, pack, unpack
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
@@ -67,11 +67,14 @@ def dynamics_parameters(
         "thorax_radii": thorax["radii_m"],
         "contact_stiffness": contact.stiffness_N_per_m,
         "contact_eps": contact.eps,
+        "joint_stiffness": [passive.k1_Nm_per_rad] * 4,
+        # The study's springs are linear; the authors' are a choice of the problem.
+        "spring_torque": [0.0] * 4,
         "joint_damping": [passive.b_Nms_per_rad] * 4,
         "stop_stiffness": passive.k2_Nm_per_rad2,
         "stop_eps": passive.eps_rad,
         **girdle_range(record),
-        **joint_springs(record),
+        **rest_pose(record),
     }
     for name in ("clavicle", "scapula", "humerus"):
         segment = segments[f"{name}_r"]
@@ -113,20 +116,21 @@ def rest_pose(record: ModelRecord) -> dict[str, Any]:
     return rest
 
 
-def joint_springs(record: ModelRecord) -> dict[str, Any]:
-    """Springs of the joints and their rest pose: linear ones, but for a glenohumeral capsule.
+def with_capsule(parameters: Array, record: ModelRecord) -> Array:
+    """Parameters (P,) for a girdle that moves freely: with a glenohumeral capsule, if chosen.
 
-    The capsule is the exponential spring of the equations, at rest where the axes of humerus and
-    scapula are the same.
+    The capsule, the exponential spring of the equations at rest where the axes of humerus and
+    scapula are the same, takes the place of the linear spring. Where the girdle follows a recording
+    the linear one stays: a law that does not know axial rotation from elevation would ask for more
+    than muscles have where the humerus is turned far (26 N m in a recorded drinking task).
     """
-    passive = record.constants.passive_joint
-    stiffness, torque = np.full(4, passive.k1_Nm_per_rad), np.zeros(4)
-    rest = rest_pose(record)
-    if record.choices.glenohumeral == "capsule":
-        place = BALL_JOINTS.index("GH")
-        stiffness[place], torque[place] = 0.0, passive.capsule_Nm
-        rest["rest_GH"] = np.eye(3)
-    return {"joint_stiffness": stiffness, "spring_torque": torque, **rest}
+    if record.choices.glenohumeral != "capsule":
+        return parameters
+    values: dict[str, Any] = {name: block.copy() for name, block in unpack(parameters).items()}
+    place = BALL_JOINTS.index("GH")
+    values["joint_stiffness"][place] = 0.0
+    values["spring_torque"][place] = record.constants.passive_joint.capsule_Nm
+    return pack({**values, "rest_GH": np.eye(3)})
 
 
 def forearm(record: ModelRecord) -> tuple[float, Array, Array, Array]:

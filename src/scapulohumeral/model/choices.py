@@ -36,9 +36,9 @@ class ModelChoices:
         authors set by hand
     girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
         the arm hangs, "wide" stops lie beyond every recorded angle
-    glenohumeral : what resists a turn of the humerus in the glenoid: a weak linear "spring" toward
-        the middle of its range, or a "capsule" that is slack while the arm hangs and ends passive
-        elevation
+    glenohumeral : what resists a turn of the humerus in the glenoid where the girdle moves freely:
+        a weak linear "spring" toward the middle of its range, or a "capsule" that is slack while
+        the arm hangs and ends passive elevation
     """
 
     masses: str = "published"

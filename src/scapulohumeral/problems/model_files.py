@@ -11,7 +11,7 @@ import numpy as np
 
 from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
-from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
+from scapulohumeral.dynamics.participant_parameters import dynamics_parameters, with_capsule
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
@@ -60,6 +60,10 @@ class ShoulderModel:
     def parameters(self, hand_load_kg: float = 0.0) -> np.ndarray:
         """Run-time parameters of the equations of motion, shape (P,)."""
         return dynamics_parameters(self.record, self.thorax, hand_load_kg)
+
+    def free_parameters(self) -> np.ndarray:
+        """The same, (P,), for a girdle that moves freely."""
+        return with_capsule(self.parameters(), self.record)
 
 
 def load_model(files: ModelFiles) -> ShoulderModel:

@@ -18,6 +18,7 @@ import numpy as np
 
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.dynamics.participant_parameters import with_capsule
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.published_arm import (
@@ -169,7 +170,8 @@ class _Scene:
             self.muscles, self.model.record, condition.muscles, capacity, choices.lost_force
         )
         posed = pose(self.model, limited, target, replace(self.settings.solve, weights=weights))
-        parameters = chosen_parameters(posed.parameters, choices)
+        free = with_capsule(posed.parameters, self.model.record)
+        parameters = chosen_parameters(free, choices)
         stiffness = condition.girdle_stiffness_Nm_per_rad
         if stiffness is not None:
             parameters = stiffen_girdle(parameters, stiffness)
@@ -264,7 +266,7 @@ def _composite(
     start = initial_guess.from_motion(
         model.forces,
         muscles,
-        chosen_parameters(model.parameters(), settings.choices),
+        chosen_parameters(model.free_parameters(), settings.choices),
         pose_to_trial(reference),
         step,
     )

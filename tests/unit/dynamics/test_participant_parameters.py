@@ -118,16 +118,18 @@ def test_rest_is_the_middle_of_the_ranges():
 
 def test_a_capsule_takes_the_place_of_the_glenohumeral_spring_alone():
     plain = make_record()
-    spring = pp.joint_springs(plain)
-    capsule = pp.joint_springs(
-        replace(plain, choices=replace(plain.choices, glenohumeral="capsule"))
-    )
+    tracked = pp.dynamics_parameters(plain, THORAX, 0.0)
+    chosen = replace(plain, choices=replace(plain.choices, glenohumeral="capsule"))
+    np.testing.assert_array_equal(pp.with_capsule(tracked, plain), tracked)
+    np.testing.assert_array_equal(pp.dynamics_parameters(chosen, THORAX, 0.0), tracked)
+    spring, capsule = unpack(tracked), unpack(pp.with_capsule(tracked, chosen))
     np.testing.assert_array_equal(spring["joint_stiffness"], [1.5] * 4)
     np.testing.assert_array_equal(spring["spring_torque"], [0.0] * 4)
     np.testing.assert_array_equal(capsule["joint_stiffness"], [1.5, 1.5, 0.0, 1.5])
     np.testing.assert_array_equal(capsule["spring_torque"], [0.0, 0.0, 0.3, 0.0])
-    np.testing.assert_array_equal(capsule["rest_GH"], np.eye(3))
-    for name in ("rest_SC", "rest_AC", "rest_EL"):
+    np.testing.assert_array_equal(capsule["rest_GH"], np.eye(3).ravel())
+    changed = {"joint_stiffness", "spring_torque", "rest_GH"}
+    for name in set(spring) - changed:
         np.testing.assert_array_equal(capsule[name], spring[name])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scapulohumeral.dynamics.hill import force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
-from scapulohumeral.dynamics.participant_parameters import dynamics_parameters
+from scapulohumeral.dynamics.participant_parameters import dynamics_parameters, with_capsule
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.body import JOINTS, Body
 from scapulohumeral.gap.effects.observation import Observation
@@ -284,6 +284,9 @@ def movement(model: ParticipantModel, observed: Observation, settings: GapSettin
     body = nominal_body(model, len(angles))
     if settings.view == "tracking":
         body = _on_soft_ribs(body)
+    else:
+        free = with_capsule(pack(body.parameters), model.record)
+        body = replace(body, parameters=unpack(free))
     drive = no_drive(len(angles), len(body.effort))
     objective = Objective(
         errors=errors,

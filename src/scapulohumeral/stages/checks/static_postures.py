@@ -77,7 +77,7 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
     posture = Posture(
         forces=model.forces,
         muscles=muscles,
-        parameters=model.parameters(),
+        parameters=model.free_parameters(),
         glenoid=model.glenoid,
         stability=(w_gh * model.superior_inferior_share, w_gh),
         effort=weights["activation"] * effort_factors(muscles, weights["strength_exponent"]),

@@ -80,7 +80,6 @@ def changed(document: dict, place: tuple, factor: float) -> dict:
         ("candidates", 0, "parameters", 0, "value"),
         ("regions", "shows", 0, "effect"),
         ("shrinkage", "in_sample", "value"),
-        ("candidates", 1, "p"),
     ],
     ids=lambda place: ".".join(map(str, place)),
 )

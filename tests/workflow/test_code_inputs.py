@@ -27,6 +27,6 @@ def test_rule_watches_the_code_of_its_script(
 ) -> None:
     body = rules_with_script()[name]
     assert f"../scripts/{name}.py" in body
-    modules = re.findall(r'"(scapulohumeral\.[\w.]+)"', body)
+    modules = re.findall(r'"((?:scapulohumeral|simulated_persons)\.[\w.]+)"', body)
     watched = {path for module in modules for path in provenance.code_of(module)}
     assert code_behind(repository / "workflow/scripts" / f"{name}.py") <= watched

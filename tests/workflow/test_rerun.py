@@ -119,7 +119,7 @@ def test_recording_reruns_its_participant(finished: Path, rerun: Rerun) -> None:
 def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -> None:
     edit(finished, lambda config: config["calibration"].update(force_bounds=[0.6, 1.4]))
     made = rerun()
-    assert "results/calibration/par1_scalers.json" in made
+    assert "results/calibration/par2_scalers.json" in made
     assert not [name for name in made if "/tracking/" in name or "/emg/" in name]
     assert not [name for name in made if "drinking_generic" in name]
 

@@ -67,7 +67,11 @@ rule cut_simulated_elevations:
 rule spoil_real_trials:
     input:
         unpack(lambda wildcards: REAL_TRIALS.sources(wildcards.case)),
-        code=code_of("simulated_persons.spoilt"),
+        code=code_of(
+            "scapulohumeral.gap.recording.trials",
+            "scapulohumeral.laboratory.record",
+            "simulated_persons.spoilt",
+        ),
     output:
         trials=directory(f"{REAL_PEOPLE}/spoilt/{{case}}"),
     log:

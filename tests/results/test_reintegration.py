@@ -54,8 +54,11 @@ def model_of(files, participant: str, formulation: str) -> ShoulderModel:
 
 def parameters_of(solution: Solution, model: ShoulderModel) -> np.ndarray:
     """Run-time parameters (P,) of the equations that a solution was made with."""
-    values = {name: block.copy() for name, block in unpack(model.parameters()).items()}
-    stiffness = solution.header.get("condition", {}).get("girdle_stiffness_Nm_per_rad")
+    condition = solution.header.get("condition")
+    # A condition makes it a prediction, in which the girdle moves freely.
+    parameters = model.parameters() if condition is None else model.free_parameters()
+    values = {name: block.copy() for name, block in unpack(parameters).items()}
+    stiffness = (condition or {}).get("girdle_stiffness_Nm_per_rad")
     if stiffness is not None:
         values["joint_stiffness"][:2] = stiffness
     return pack(values)

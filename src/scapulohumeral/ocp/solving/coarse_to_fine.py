@@ -27,8 +27,8 @@ from scapulohumeral.ocp.solving.solver import Recorder, Result, SolverSettings, 
 Family = Callable[[int, str], Problem]
 
 # How much coarser the mesh on the way may be, the best first, and the fewest intervals that it may
-# have: with fewer an elevation is no longer the same movement. A second mesh between the two saves one
-# iteration of eleven on the fine mesh and costs three.
+# have: with fewer an elevation is no longer the same movement. A second mesh between the two saves
+# one iteration of eleven on the fine mesh and costs as much as three.
 COARSENING = (4, 2)
 FEWEST_INTERVALS = 15
 # Tolerance of a solution that is only a start; looser ones stop at saddle points.

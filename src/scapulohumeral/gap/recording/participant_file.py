@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.documents import check_schema, read_mapping
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
@@ -46,7 +46,11 @@ def find_participant(tests: Sequence[Path]) -> Path:
     Raises
     ------
     ConfigError                      there is none, or test files have different ones
+    DataError                        a test file is missing, so nothing is beside it
     """
+    for test in tests:
+        if not test.exists():
+            raise DataError(f"{test}: no such file. Check the name.")
     found = {_beside(path.resolve().parent) for path in tests}
     if len(found) > 1:
         raise ConfigError(

@@ -48,9 +48,6 @@ def find_participant(tests: Sequence[Path]) -> Path:
     ConfigError                      there is none, or test files have different ones
     DataError                        a test file is missing, so nothing is beside it
     """
-    for test in tests:
-        if not test.exists():
-            raise DataError(f"{test}: no such file. Check the name.")
     found = {_beside(path.resolve().parent) for path in tests}
     if len(found) > 1:
         raise ConfigError(
@@ -59,6 +56,9 @@ def find_participant(tests: Sequence[Path]) -> Path:
         )
     [path] = found
     if path is None:
+        for test in tests:
+            if not test.exists():
+                raise DataError(f"{test}: no such file. Check the name.")
         raise ConfigError(
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )

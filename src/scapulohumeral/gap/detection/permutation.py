@@ -66,7 +66,7 @@ def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
         own = residual.part([task])
-        white = own.whiten(own.compress([records.about_anchor(task, trials)]))
+        white = own.whiten(own.compress([records.about_mean(task, trials)]))
         picks.append((len(trials), len(records.test[task])))
         squares.append(np.sum((white @ _signs(*picks[-1]).T) ** 2, axis=0))
     which = np.array(_arrangements(picks, seed)).T

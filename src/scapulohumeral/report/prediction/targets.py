@@ -150,7 +150,7 @@ def _of(table: pd.DataFrame, **values: str) -> pd.DataFrame:
 
 
 def _at_most(name: str, rows: pd.DataFrame, column: str, limit: float, unit: str) -> Verdict:
-    """Largest size of a column; where a solved motion has no such value, it is said and left out."""
+    """Largest size of a column; a solved motion without such a value is named and left out."""
     target = f"≤ {limit:g}{unit}"
     solved = not rows.empty and column in rows and bool((rows.status == "optimal").all())
     known = rows[rows[column].notna()] if solved else rows

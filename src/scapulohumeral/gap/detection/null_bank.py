@@ -34,6 +34,7 @@ STATISTICS = (
     "scapulohumeral.gap.benchmark.null_bank_build:null_cases",
     "scapulohumeral.gap.recording.case:make_case",
     "scapulohumeral.gap.recording.movement_window:movement_window",
+    "scapulohumeral.gap.recording.movement_window:smoothed",
 )
 PACKAGE = "scapulohumeral.gap"
 # Model and solver, outside of the package or handed in, move both sides of the ratio, and a bank

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
+from scapulohumeral.gap.detection.presence import GLR, ON_RECORD
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
@@ -101,6 +102,12 @@ class Evidence:
     def screened(self) -> list[Fit]:
         """Effects fitted to derivatives, each under its most probable supposition."""
         return integrated((f for fits in self.fits.values() for f in fits), self.suppositions)
+
+    def shapes(self) -> dict[str, list[np.ndarray]]:
+        """Slopes (D, P) of the effects that each test for a gap looks for."""
+        every = [f.hypothesis for f in self.screened]
+        spoiling = [one.slope for one in every if one.effects[0].spoils_motion]
+        return {ON_RECORD: spoiling, GLR: [one.slope for one in every]}
 
     def others(self) -> dict[str, float]:
         """Log evidence of another movement alone, of none of these, and of no gap."""

@@ -18,13 +18,15 @@ from math import comb, prod
 import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence
-from scapulohumeral.gap.detection.shaped import shaped, squares
+from scapulohumeral.gap.detection.shaped import closest, shaped, squares
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.residual import Residual
 
 ARRANGEMENTS = 2000
 # Sizes that differ by less than this share of the largest are the same.
 ALIKE = 1e-9
+# Scatter of a whitened length: arrangements that a change makes as large but for it hardly differ.
+NOISE = 1.0
 
 
 def strongest(
@@ -75,8 +77,10 @@ def exchangeable(
     arranged = _arranged(records, residual, seed)
     sizes = shaped(residual, arranged, slopes) if slopes else _lengths(residual, arranged)
     margin = ALIKE * sizes.max()
-    same = sizes > sizes.max() - margin
-    if float(np.mean(same)) > alpha:
+    least_p = float(np.mean(sizes > sizes.max() - margin))
+    if slopes:
+        least_p = max(least_p, float(np.mean(_made_as_large(records, residual, slopes, seed))))
+    if least_p > alpha:
         return found
     p_value = float(np.mean(sizes > sizes[0] - margin))
     if p_value > alpha:
@@ -92,6 +96,19 @@ def exchangeable(
     return replace(found, p_value=max(p_value, found.p_value))
 
 
+def _made_as_large(
+    records: Records, residual: Residual, slopes: Sequence[np.ndarray], seed: int
+) -> np.ndarray:
+    """Arrangements (P,) that the change which was found would make as large, were there no scatter.
+
+    A task that it hardly changes tells nothing, whichever of its trials change places.
+    """
+    change, basis = closest(residual, slopes)
+    arranged = _arranged(records, residual, seed, change)
+    lengths = np.linalg.norm(basis.T @ residual.whiten(arranged), axis=0)
+    return lengths > lengths[0] - NOISE
+
+
 def _lengths(residual: Residual, arranged: np.ndarray) -> np.ndarray:
     """Whitened lengths (P,) of the mean differences of arrangements (D, P).
 
@@ -101,14 +118,22 @@ def _lengths(residual: Residual, arranged: np.ndarray) -> np.ndarray:
     return np.sqrt(squares(residual, arranged).sum(axis=0))
 
 
-def _arranged(records: Records, residual: Residual, seed: int) -> np.ndarray:
-    """Mean differences (D, P) of all arrangements, the recorded one first."""
+def _arranged(
+    records: Records, residual: Residual, seed: int, change: np.ndarray | None = None
+) -> np.ndarray:
+    """Mean differences (D, P) of all arrangements, the recorded one first.
+
+    With a `change` (D,) they are those of trials of which the test ones have it, and nothing else.
+    """
     parts, picks = [], []
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
-        own = residual.part([task])
-        picks.append((len(trials), len(records.test[task])))
-        coefficients = own.compress([records.about_anchor(task, trials)])
+        tests = len(records.test[task])
+        picks.append((len(trials), tests))
+        if change is None:
+            coefficients = residual.compress([records.about_anchor(task, trials)])
+        else:
+            coefficients = np.outer(change[residual.rows([task])], np.arange(len(trials)) < tests)
         parts.append(coefficients @ _signs(*picks[-1]).T)
     which = np.array(_arrangements(picks, seed)).T
     return np.vstack([own[:, chosen] for own, chosen in zip(parts, which, strict=True)])

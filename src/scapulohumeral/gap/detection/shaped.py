@@ -39,6 +39,21 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     return np.max(lengths, axis=0)
 
 
+def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The effect whose shape the difference has most of.
+
+    Returns
+    -------
+    change : (D,) that part of the difference
+    basis : (D, P) its directions in the whitened difference
+    """
+    vector = residual.delta[:, None]
+    best = max((s for s in slopes if np.any(s)), key=lambda s: shaped(residual, vector, [s])[0])
+    basis, root = np.linalg.qr(residual.whiten(best))
+    white = residual.whiten(steadied(residual, vector))
+    return best @ np.linalg.solve(root, basis.T @ white)[:, 0], basis
+
+
 def steadied(residual: Residual, vectors: np.ndarray) -> np.ndarray:
     """Differences (D, M) over the scale of the scatter that each of their tasks shows."""
     return vectors / over_tasks(residual, scales(residual, squares(residual, vectors)))

@@ -147,11 +147,28 @@ def test_a_finding_by_shape_is_asked_for_its_shape():
         for task, trials in some.reference.items()
     }
     some = replace(some, reference=loud)
+    there = replace(there, delta=permutation._arranged(some, there, 1)[:, 0])
     assert not exchangeable(FOUND, some, there, (), ALPHA, 1).present
     found = exchangeable(by_shape, some, there, (slope,), ALPHA, 1)
     assert found == replace(by_shape, p_value=1.0 / 27.0)
     best = strongest((FOUND, by_shape), some, there, {"on_record": (slope,)}, ALPHA, 1)
     assert best == found
+
+
+def test_a_task_that_the_effect_does_not_change_contradicts_nothing():
+    """A turn in two of three tasks: of nine arrangements that differ in it none is rare enough."""
+    rng = np.random.default_rng(11)
+    some = records(rng, dict.fromkeys("abc", (1, 2)))
+    there = residual(some.test)
+    shape = np.zeros((NODES, len(NAMES)))
+    shape[:, NAMES.index("EL_rx")] = 1.0
+    by_shape = replace(FOUND, statistic="on_record")
+    for changed, stands in (((1.0, 1.0, 0.0), True), ((1.0, 1.0, 1.0), False)):
+        slope = there.compress([size * shape for size in changed])[:, None]
+        # By chance the largest difference is not the recorded one.
+        delta = 8.0 * slope[:, 0] / np.linalg.norm(there.whiten(slope))
+        found = exchangeable(by_shape, some, replace(there, delta=delta), (slope,), ALPHA, 1)
+        assert found.present is stands
 
 
 def test_a_sample_of_many_arrangements_says_what_all_say(monkeypatch):

@@ -58,7 +58,9 @@ def read_yaml(path: Path, remedy: str, refusal: Refusal = ConfigError) -> Any:
         return yaml.load(path.read_text(encoding="utf-8"), _OnceLoader)
     except UnicodeDecodeError as error:
         raise refusal(f"{path}: no text in UTF-8 ({error}). Save it as UTF-8.") from error
-    except (OSError, yaml.YAMLError) as error:
+    except OSError as error:
+        raise refusal(f"{path}: {error.strerror}. {remedy}") from error
+    except yaml.YAMLError as error:
         raise refusal(f"{path}: cannot be read as YAML: {error}. {remedy}") from error
 
 
@@ -76,7 +78,9 @@ def read_json(path: Path, remedy: str, refusal: Refusal = DataError) -> Any:
     """Content of a JSON file; as :func:`read_yaml`."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise refusal(f"{path}: {error.strerror}. {remedy}") from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise refusal(f"{path}: cannot be read as JSON: {error}. {remedy}") from error
 
 

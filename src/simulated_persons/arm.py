@@ -64,7 +64,7 @@ class Arm:
 
 
 def draw_person(anatomy: Anatomy, rng: np.random.Generator) -> Arm:
-    """A person whose strength, moment arms, masses and habits differ from the model's.
+    """A person whose strength, moment arms, masses and control differ from the model's.
 
     Strength +-15 %, moment arms +-8 %, fibre lengths +-3 %, masses +-5 % (one standard deviation
     of half of that each, cut at it), slower activation, tendons of 3 to 5 % strain, and a softer,

@@ -98,7 +98,7 @@ def draw_change(rng: np.random.Generator, tasks: Sequence[str]) -> dict[str, np.
     return {task: shared + one(1.0 - CHANGE_SHARED) for task in tasks}
 
 
-def habit(pose: np.ndarray) -> Motion:
+def movement_made(pose: np.ndarray) -> Motion:
     """The movement that an arm made, from poses (S, 13) of a trial as :func:`wished_poses` has it.
 
     What is left of the tremor of control is smoothed away, rest before and after is cut off.

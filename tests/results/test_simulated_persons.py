@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from recorded_tasks import with_all_tasks
 
 from simulated_persons.drawing.study import load_study
 from simulated_persons.drawing.trials import simulated
@@ -17,11 +18,18 @@ pytestmark = pytest.mark.results
 PERSONS, ABLE = 3, 2  # of each participant, of whom some may be weak
 
 
-def test_persons_follow_and_keep_recorded_movements(files, repository: Path) -> None:
-    given = files["models"]
-    models = [Path(path) for path in ([given] if isinstance(given, str) else given)]
-    names = [path.stem for path in models]
-    study = load_study(models[0].parents[1], repository / "config" / "participants", names)
+def several(given: str | list[str]) -> list[str]:
+    """An input of the rule, which is no list if it is one file."""
+    return [given] if isinstance(given, str) else list(given)
+
+
+def test_persons_follow_and_keep_recorded_movements(files) -> None:
+    folders = with_all_tasks(Path(path) for path in several(files["recordings"]))
+    if not folders:
+        pytest.skip("no participant has the elevations that simulated persons repeat")
+    [participants], names = {folder.parent for folder in folders}, [f.name for f in folders]
+    results = Path(several(files["models"])[0]).parents[1]
+    study = load_study(results, participants, names)
     for name in names:
         plans = [
             replace(plan, person=KEEPS, repeats=0)

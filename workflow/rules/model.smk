@@ -60,6 +60,7 @@ rule sample_muscle_geometry:
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
         clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
         published_arm=False,

@@ -16,6 +16,9 @@ rule test_results:
             formulation=config["formulations"],
         ),
         models=expand("results/models/{participant}.json", participant=config["participants"]),
+        recordings=[
+            str(path) for name in config["participants"] for path in STUDY.trials(name).values()
+        ],
         thorax=expand(
             "results/models/{participant}_thorax.json", participant=config["participants"]
         ),
@@ -41,6 +44,7 @@ rule test_results:
         rhythm=prediction_table("shr"),
         report=f"reports/{config['report']}.html",
         tests=[
+            "tests/support/recorded_tasks.py",
             "tests/support/reintegration.py",
             *sorted(str(path) for path in Path("tests/results").glob("*.py")),
         ],

@@ -34,6 +34,7 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
         clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
         # The published arm goes higher than the recorded one.
@@ -118,6 +119,7 @@ rule compare_predictions:
     params:
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
     threads: 1
     message:
         "Predictions against recordings and against the published ones"
@@ -188,6 +190,7 @@ rule tabulate_tried:
     params:
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
     threads: 1
     message:
         "Variants against the recordings of all participants"

@@ -24,4 +24,4 @@ def against_files(snakemake: Any) -> AgainstFiles:
 def fitted_region(snakemake: Any) -> Region:
     """Region that muscle paths were fitted to, from the parameters of a rule."""
     given = snakemake.params
-    return Region(given.margin_deg, tuple(given.scapula_turn_deg))
+    return Region(given.margin_deg, tuple(given.scapula_turn_deg), given.girdle_turn_deg)

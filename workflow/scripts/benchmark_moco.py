@@ -7,13 +7,12 @@ from _log import log_to_file
 log_to_file(snakemake)
 
 from scapulohumeral.stages.peers.limited import measured_within
-from scapulohumeral.stages.peers.moco import moco_inverse, moco_track
+from scapulohumeral.stages.peers.moco import moco_solve
 
-make = {"inverse": moco_inverse, "track": moco_track}[snakemake.wildcards.tool]
 files = (Path(snakemake.input.model), Path(snakemake.input.states))
 measured_within(
     snakemake.params.limit_s,
-    make(*files, snakemake.params.time_step_s),
+    moco_solve(snakemake.wildcards.tool, *files, snakemake.params.time_step_s),
     Path(snakemake.log.peer),
     Path(snakemake.output.record),
 )

@@ -26,7 +26,7 @@ count = settings.poses + settings.held_out_poses
 angles = draw_sample_angles(
     participant,
     snakemake.wildcards.formulation,
-    Region(settings.margin_deg, tuple(settings.scapula_turn_deg)),
+    Region(settings.margin_deg, tuple(settings.scapula_turn_deg), settings.girdle_turn_deg),
     count,
     np.random.default_rng(settings.seed),
     lambda poses: is_clear(record, poses, settings.clearance),

@@ -27,7 +27,6 @@ BENCH = CONFIG_FOLDER / "bench.yaml"
 SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
 REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
 
-LONGEST_EXAMPLE = 200
 REMEDY = "Expected a YAML file of the configuration."
 
 Kind = TypeVar("Kind", bound=Section)

@@ -64,6 +64,9 @@ class Geometry(Section):
     scapula_turn_deg: Annotated[
         Angles, key("Lowest and highest turn of the scapula under the recorded arm [deg].")
     ]
+    girdle_turn_deg: Annotated[
+        Real, key("Largest turn of clavicle and scapula under the recorded arm [deg].", ge=0, le=60)
+    ]
     clearance: Annotated[
         Share, key("Least level-set value of attachments in the ellipsoids of the thorax [1].")
     ]

@@ -132,7 +132,7 @@ def _c3d_column(path: Path, label: str, found: Sequence[str]) -> int:
     if label not in found:
         raise DataError(
             f"{path}: no analog channel '{label}'; found {', '.join(found) or 'none'}. "
-            "Name its label in participant.yaml, emg.labels."
+            "Correct the label: in the EMG map, or in emg.labels of participant.yaml."
         )
     return found.index(label)
 

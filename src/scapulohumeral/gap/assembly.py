@@ -18,7 +18,6 @@ from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.recording.case import Case
-from scapulohumeral.gap.recording.marks import unmeasured_segments
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
 from scapulohumeral.gap.residual.residual import compress
@@ -29,7 +28,9 @@ from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures, 
 SHOULDER_JOINTS = 3
 
 
-def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tuple[Effect, ...]:
+def effects_of(
+    case: Case, records: Records, model: ParticipantModel, settings: GapSettings
+) -> tuple[Effect, ...]:
     """All effects of the library that a case can have."""
     body = nominal_body(model, settings.nodes)
     moving = body.groups[body.crossing[:, :SHOULDER_JOINTS].any(axis=1)]
@@ -38,9 +39,9 @@ def effects_of(case: Case, model: ParticipantModel, settings: GapSettings) -> tu
         case.channels,
         case.participant.neighbours,
         case.has_contact,
-        referenced=bool(case.reference) and not settings.of_simulations,
+        of_one_person=records.of_one_person,
         simulated=settings.of_simulations,
-        unmeasured=frozenset(unmeasured_segments(case.trials)),
+        unmeasured=frozenset(records.sensors.unmeasured),
     )
     return library(setup)
 
@@ -63,16 +64,16 @@ def assemble(
     ------
     SolveError                       a nominal movement cannot be solved
     """
-    effects = effects_of(case, model, settings)
+    effects = effects_of(case, records, model, settings)
     local = settings
     if not records.reference:
         # Errors of electrodes and of the model's EMG levels are one unknown here.
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
-    habits = emg_tells_bias(case, records)
+    bias_is_told = emg_tells_bias(case, records)
     jobs = [
-        (task, anchor, model, effects, records.sensors, local, habits)
-        for task, anchor in records.anchors.items()
+        (task, mean_record, model, effects, records.sensors, local, bias_is_told)
+        for task, mean_record in records.mean_records.items()
     ]
     found = side_by_side(_respond_or_reason, jobs, case.threads)
     signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
@@ -87,8 +88,7 @@ def assemble(
     reserved = settings.prior_no_gap + settings.prior_none + settings.prior_moved
     single = priors.priors(effects, reserved)
     # A simulation gives way as its model says; without reference trials nothing tells.
-    chosen = bool(records.reference) and not settings.of_simulations
-    stiffnesses = STIFFNESSES if chosen else STIFFNESSES[:1]
+    stiffnesses = STIFFNESSES if records.of_one_person else STIFFNESSES[:1]
     evidence = Evidence(
         residuals={0.0: whole},
         cautious=whole,
@@ -100,6 +100,7 @@ def assemble(
         signatures=signatures,
         unknown_inputs=unknown_inputs(signatures, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
+        of_one_person=records.of_one_person,
         session_share=1.0,
         settings=settings,
         known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},

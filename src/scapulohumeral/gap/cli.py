@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
 from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
@@ -21,10 +21,18 @@ from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
 CONFIG = CONFIG_FOLDER / "config.yaml"
 SETTINGS = CONFIG_FOLDER / "gap" / "settings.yaml"
 CACHE = SOURCE_ROOT.parent / "results" / "gap" / "models"
-EXIT_CODES = (
-    "Exit code 0: DIR/result.json holds an answer, which may be that there is no gap, or that none "
-    "can be given; 2: the input is refused; 3: a solve failed, and result.json says so."
-)
+DIAGNOSE = "where recorded trials and the model part, which effect explains it, and how far"
+EXAMPLES = """examples:
+  scapulohumeral gap diagnose trials/*_after_*.csv --reference trials/*_before_*.csv --out answer
+  scapulohumeral gap diagnose reach_r*.mot --participant ann.yaml --out answer  # no reference: less
+"""
+EXIT_CODES = """\
+'scapulohumeral convert' makes trials and participant.yaml from recordings. DIR/report.html is the
+answer in words and pictures.
+
+Exit code 0: DIR/result.json holds an answer, which may be that there is no gap, or that none can be
+given; 2: the input is refused; 3: a solve failed, and result.json says so.
+"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -40,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault(variable, "1")
     try:
         return options.run(options, shlex.join(["scapulohumeral", *arguments]))
-    except (ConfigError, DataError) as error:
+    except (ConfigError, DataError, ModelError) as error:
         from scapulohumeral.gap.run import REFUSED
 
         print(f"Refused: {error}", file=sys.stderr)
@@ -52,7 +60,12 @@ def _parser() -> argparse.ArgumentParser:
         prog="scapulohumeral", description="Simulated and recorded coordination of the shoulder."
     )
     areas = parser.add_subparsers(required=True, metavar="AREA")
-    gap = areas.add_parser("gap", help="the gap between recorded trials and the model")
+    gap = areas.add_parser(
+        "gap",
+        help="the gap between recorded trials and the model",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     commands = gap.add_subparsers(required=True, metavar="COMMAND")
     _add_diagnose(commands)
     add_bank_commands(commands, CONFIG, SETTINGS, CACHE)
@@ -64,8 +77,10 @@ def _parser() -> argparse.ArgumentParser:
 def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     diagnose = commands.add_parser(
         "diagnose",
-        help="where recorded trials and the model part, which effect explains it, and how far",
-        epilog=EXIT_CODES,
+        help=DIAGNOSE,
+        description=f"Say {DIAGNOSE}.",
+        epilog=f"{EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = diagnose.add_argument
     add("test", nargs="+", type=Path, metavar="TEST", help="trials to explain: .csv or .mot")

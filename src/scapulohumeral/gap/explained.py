@@ -32,7 +32,7 @@ from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.recording.observables import channel_kind, channel_unit
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
 FEWEST_FOR_INTERVAL = 4
@@ -184,7 +184,7 @@ def controls(
 
 def _smooth(training: Residual, columns: np.ndarray) -> np.ndarray:
     """Most probable change (D,) by smooth disturbances (D, S)."""
-    return columns @ most_probable(training, columns) @ training.whiten(training.delta)
+    return columns @ most_probable_gain(training, columns) @ training.whiten(training.delta)
 
 
 def _scaled(training: Residual, change: np.ndarray, relative_error: float) -> np.ndarray:
@@ -299,7 +299,7 @@ def _groups(split: str, parts: Sequence[tuple[Residual, np.ndarray]]) -> list[Gr
             for curves in (
                 [part.curves(part.delta) for part, _ in parts],
                 [part.curves(part.delta - predicted) for part, predicted in parts],
-                [part.floor for part, _ in parts],
+                [part.repeat_spread for part, _ in parts],
             )
         )
         unit = channel_unit(channels[int(chosen[0])])

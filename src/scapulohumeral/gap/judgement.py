@@ -199,7 +199,7 @@ def _unproven(explained: Explained | None, agreement: float | None) -> str:
 
 def _untold(evidence: Evidence, p: Posterior) -> str:
     """Why motion alone cannot name the first cause; empty if it can, or there is more."""
-    if not evidence.movement_is_chosen or motion_is_told(evidence):
+    if not evidence.of_one_person or motion_is_told(evidence):
         return ""
     acting = {e.label for e in evidence.effects if e.changes_body}
     first = p.first.split(" + ")

@@ -39,6 +39,7 @@ from scapulohumeral.gap.settings import (
     sections_read,
 )
 from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.laboratory.folders import unwritable
 from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
@@ -237,10 +238,7 @@ def _prepare(out: Path) -> None:
             path.unlink(missing_ok=True)
         (out / LOG).open("a").close()
     except OSError as error:
-        raise ConfigError(
-            f"--out {out}: {error.strerror}: {error.filename}; expected a folder that can be "
-            "written into. Name another one, or remove what is in its place."
-        ) from error
+        raise unwritable(out, error) from error
 
 
 @contextmanager

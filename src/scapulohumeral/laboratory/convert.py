@@ -19,6 +19,7 @@ from scapulohumeral.laboratory.checks import (
     segment_lengths,
     thorax_shape,
 )
+from scapulohumeral.laboratory.folders import make_folder
 from scapulohumeral.laboratory.markers.landmarks import Calibration, Landmarks, read_landmarks
 from scapulohumeral.laboratory.motions.opensim_motion import ModelMap, read_motions
 from scapulohumeral.laboratory.motions.orientations import OrientationMap, read_orientations
@@ -253,7 +254,7 @@ def write_outcomes(
             f"recordings named {', '.join(twice)} more than once; expected different names, which "
             "become the names of the trials. Rename the files."
         )
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for outcome in outcomes:
         table = folder / f"{outcome.name}.csv"
         # A table of an earlier run must not pass for one of this.

@@ -17,6 +17,7 @@ import yaml
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
+from scapulohumeral.laboratory.folders import make_folder
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import Array
@@ -121,7 +122,7 @@ def write_diagnosis_participant(
     }
     if trials:
         document["trials"] = {stem: dict(entry) for stem, entry in trials.items()}
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     _write(folder / SCALED_FILE, scaled, "Scale factors from landmarks, masses from de Leva 1996.")
     path = folder / PARTICIPANT_FILE
     _write(path, document, "Left arms were mirrored: the side is that of the model.")
@@ -148,7 +149,7 @@ def write_study_participant(
     for table in trials.values():
         read_motion(table)
     own = folder / person.id
-    own.mkdir(parents=True, exist_ok=True)
+    make_folder(own)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
     document = _study_document(person, tables, trials)

@@ -42,8 +42,7 @@ def girdle_range(
     margin_rad : how far wide stops lie beyond DAS3's range and the recorded one
     """
     margin = margin_rad if stops == "wide" else 0.0
-    elevation = arm_elevation(angles)
-    hanging = elevation <= elevation.min() + HANGING_RAD
+    hanging = resting(angles)
     ranges = {}
     for name, own in zip(GIRDLE, angles[:, : len(GIRDLE)].T, strict=True):
         base = coordinates[name]
@@ -51,6 +50,12 @@ def girdle_range(
         least = min(base.min_rad, float(np.median(own[hanging]) if held else own.min()))
         ranges[name] = (least - margin, max(base.max_rad, float(own.max())) + margin)
     return ranges
+
+
+def resting(angles: Array) -> np.ndarray:
+    """Whether the arm hangs in recorded frames: (F,) bool for angles (F, 10) [rad]."""
+    elevation = arm_elevation(angles)
+    return elevation <= elevation.min() + HANGING_RAD
 
 
 def arm_elevation(angles: Array) -> Array:

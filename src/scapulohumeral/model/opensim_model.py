@@ -18,11 +18,15 @@ from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.choices import ModelChoices
-from scapulohumeral.model.constants import ConoidLigament
-from scapulohumeral.model.girdle_range import girdle_range
+from scapulohumeral.model.constants import ConoidLigament, WrapClearance
+from scapulohumeral.model.girdle_range import girdle_range, resting
 from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
 from scapulohumeral.model.muscle_paths.pose_region import recorded_angles, recorded_poses
-from scapulohumeral.model.muscle_paths.thorax_clearance import attachment_levels, segment_frames
+from scapulohumeral.model.muscle_paths.thorax_clearance import (
+    arm_hanging,
+    attachment_levels,
+    segment_frames,
+)
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 from scapulohumeral.model.record import (
@@ -296,7 +300,8 @@ def flatten_thorax_surfaces(
     depth (z) as far as needed, both about the centre: the sides, over which the muscles bend,
     almost stay where they are, and with them the moment arms. Clearance, share and reasons are in
     constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size. Where a
-    recording puts a bone so deep into the thorax that no depth is enough, all radii shrink.
+    recording puts a bone so deep into the thorax that no depth is enough, all radii shrink. So they
+    do where an arm that hangs straight down from the recorded girdle would be inside.
 
     If `fibres_follow`, slack and optimal lengths of muscles change with their path in the default
     pose, in which OpenSim scales them, too: normalised fibre lengths there stay what they were.
@@ -308,16 +313,11 @@ def flatten_thorax_surfaces(
     rule = tables.constants.wrap_clearance
     record = model_record(model, participant, tables, ModelChoices())
     poses = recorded_poses(participant)
+    hanging = arm_hanging(poses[resting(recorded_angles(participant))])
     names = list(tables.muscles)
     scaled = _default_lengths(model, names)
     for name in attachment_levels(record, poses):
-        [scaled_radii] = (w.dimensions_m for w in record.wrap_objects if w.name == name)
-
-        def clearance(radii: Array, name=name) -> float:
-            level = attachment_levels(record.with_surface(name, tuple(radii)), poses)[name]
-            return float(level.min()) - rule.min_level
-
-        radii = _clear_radii(np.array(scaled_radii), clearance, rule.width_share)
+        radii = _clear_of(record, name, poses, hanging, rule)
         if radii is None:
             raise ModelError(
                 f"{participant.name}: a recorded pose puts a muscle attachment into the middle of "
@@ -330,6 +330,27 @@ def flatten_thorax_surfaces(
             muscle = model.updMuscles().get(name)
             muscle.setOptimalFiberLength(float(ratio) * muscle.getOptimalFiberLength())
             muscle.setTendonSlackLength(float(ratio) * muscle.getTendonSlackLength())
+
+
+def _clear_of(
+    record: ModelRecord, name: str, recorded: Array, hanging: Array, rule: WrapClearance
+) -> Array | None:
+    """Radii (3,) [m] of a surface clear of recorded poses and of a hanging arm; None if none are.
+
+    The level plus one falls with the square of all radii together.
+    """
+    [scaled_radii] = (w.dimensions_m for w in record.wrap_objects if w.name == name)
+
+    def level(radii: Array, poses: Array) -> float:
+        return float(attachment_levels(record.with_surface(name, tuple(radii)), poses)[name].min())
+
+    def clearance(radii: Array) -> float:
+        return level(radii, recorded) - rule.min_level
+
+    radii = _clear_radii(np.array(scaled_radii), clearance, rule.width_share)
+    if radii is None:
+        return None
+    return radii * min(1.0, np.sqrt((1.0 + level(radii, hanging)) / (1.0 + rule.min_level)))
 
 
 def _default_lengths(model: opensim.Model, names: Sequence[str]) -> Array:

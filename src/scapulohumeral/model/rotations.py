@@ -189,3 +189,24 @@ def pose_to_trial(pose: ArrayLike) -> Array:
         for i, sequence in enumerate(JOINT_SEQUENCES.values())
     ]
     return np.concatenate([*angles, pose[:, 12:]], axis=1)
+
+
+def girdle_turned(pose: Array, clavicle: Array, scapula: Array) -> Array:
+    """Poses (N, 13) with clavicle and scapula turned under the same humerus.
+
+    Parameters
+    ----------
+    pose : (N, 13)
+    clavicle, scapula : (3,) or (N, 3) rotation vectors of the orientation in the thorax, own axes
+        [rad]
+    """
+    before = pose[:, 0:4]
+    blade = quaternion_multiply(before, pose[:, 4:8])
+    humerus = quaternion_multiply(blade, pose[:, 8:12])
+    collar = quaternion_multiply(before, rotation_vector_to_quaternion(clavicle))
+    blade = quaternion_multiply(blade, rotation_vector_to_quaternion(scapula))
+    turned = pose.copy()
+    turned[:, 0:4] = collar
+    turned[:, 4:8] = quaternion_multiply(quaternion_conjugate(collar), blade)
+    turned[:, 8:12] = quaternion_multiply(quaternion_conjugate(blade), humerus)
+    return turned

@@ -7,7 +7,6 @@ Letters: T frames.
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
@@ -45,6 +44,9 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
     DataError                        time steps are not uniform, or there are too few frames
     ConfigError                      the cut-off is not between zero and half the sampling rate
     """
+    # Takes longer to load than most input to be refused, which needs no filter.
+    from scipy.signal import butter, sosfiltfilt
+
     rate_hz = _sampling_rate(motion.time_s)
     highest_hz = 0.5 * rate_hz * CORNER_FACTOR
     if not 0.0 < cutoff_hz < highest_hz:

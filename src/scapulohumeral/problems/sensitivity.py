@@ -16,10 +16,8 @@ from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import (
     Array,
+    girdle_turned,
     pose_to_trial,
-    quaternion_conjugate,
-    quaternion_multiply,
-    rotation_vector_to_quaternion,
 )
 from scapulohumeral.ocp.solution import Solution
 
@@ -132,26 +130,6 @@ def on_mesh(tracked: Solution, time_step_s: float) -> Solution:
         **kinked,
     )
     return _with_pose(finer, _normalised(smooth(tracked.q)))
-
-
-def girdle_turned(pose: Array, clavicle: Array, scapula: Array) -> Array:
-    """Poses (N, 13) with clavicle and scapula turned under the same humerus.
-
-    Parameters
-    ----------
-    pose : (N, 13)
-    clavicle, scapula : (3,) rotation vectors of the orientation in the thorax, own axes [rad]
-    """
-    before = pose[:, 0:4]
-    blade = quaternion_multiply(before, pose[:, 4:8])
-    humerus = quaternion_multiply(blade, pose[:, 8:12])
-    collar = quaternion_multiply(before, rotation_vector_to_quaternion(clavicle))
-    blade = quaternion_multiply(blade, rotation_vector_to_quaternion(scapula))
-    turned = pose.copy()
-    turned[:, 0:4] = collar
-    turned[:, 4:8] = quaternion_multiply(quaternion_conjugate(collar), blade)
-    turned[:, 8:12] = quaternion_multiply(quaternion_conjugate(blade), humerus)
-    return turned
 
 
 def _random(tracked: Solution, seed: int, turn_deg: float) -> Solution:

@@ -41,8 +41,6 @@ _ROTATIONS: dict[int, dict[str, tuple[tuple[float, float], ...]]] = {
         "sagittal": ((-4.5, 7.7), (0.5, 7.9), (5.5, 8.9), (14.9, 7.1)),
     },
 }
-# Studies behind each plane: fewest over elevations and rotations.
-STUDIES = {"frontal": 4, "scapular": 3, "sagittal": 4}
 # Rhythm from thoracohumeral elevation by plane and phase: mean, standard deviation, studies.
 RHYTHM = {
     "frontal": {

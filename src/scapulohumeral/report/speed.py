@@ -33,6 +33,7 @@ def speed_content(records: Mapping[str, Record]) -> dict[str, Any]:
         "peers": peers and peer_table(peers),
         "opty": peers and opty_table(peers),
         "kills": kills and kill_table(kills),
+        "killed_study": kills,
     }
 
 
@@ -160,16 +161,15 @@ def _seconds(value: float | None) -> str:
 
 
 def kill_table(record: Record) -> Table:
-    """Runs of the quick study that were killed and run again; marked: other numbers."""
+    """Runs of the quick study that were killed; marked: a finished job was done again."""
+    names = ("finished", "lost", "repeated", "resumed")
     rows = [
-        (
-            f"{row['killed_after_s']:.1f}",
-            f"{row['rerun_s']:.1f}",
-            str(row["resumed"]),
-            f"{row['change']:.1e}",
-        )
+        (f"{row['killed_after_s']:.1f}", *(str(row[name]) for name in names))
         for row in record["rounds"]
     ]
-    flagged = {k for k, row in enumerate(record["rounds"]) if row["change"] > SAME_OBJECTIVE}
-    columns = ("killed after [s]", "run again [s]", "solves resumed", "largest change of objective")
+    flagged = {k for k, row in enumerate(record["rounds"]) if row["repeated"]}
+    columns = (
+        *("killed after [s]", "jobs finished", "jobs under way", "finished jobs begun again"),
+        "solves that went on",
+    )
     return Table(columns, rows, frozenset(flagged))

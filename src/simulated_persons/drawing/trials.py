@@ -20,7 +20,7 @@ from simulated_persons.movement import (
     SETTLE_S,
     Variation,
     draw_variation,
-    habit,
+    movement_made,
     no_variation,
     phase_of_trial,
     wished_poses,
@@ -123,7 +123,7 @@ def _ways(
         elif run.case in ways:
             otherwise, task, _ = run.name
             key = otherwise == str(True), task
-            ways[run.case][key] = Way(habit(q), 0.0 * ways[run.case][key].path_rad)
+            ways[run.case][key] = Way(movement_made(q), 0.0 * ways[run.case][key].path_rad)
     return ways
 
 

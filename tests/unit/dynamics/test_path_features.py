@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from derivatives import differences
 
 from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
 
@@ -15,12 +16,6 @@ def random_exponents(rng, count=40, variables=10):
     rows = rng.integers(0, 4, (count, variables)) * (rng.random((count, variables)) < 0.25)
     rows[0] = 0
     return np.unique(rows[rows.sum(axis=1) <= 5], axis=0)
-
-
-def differences(function, x):
-    """Central differences of function(x) by the columns of x, on a new last axis."""
-    steps = H * np.eye(x.shape[1])
-    return np.stack([(function(x + s) - function(x - s)) / (2 * H) for s in steps], axis=-1)
 
 
 def check_derivatives(features, x, rng):

@@ -226,6 +226,8 @@ KINDS = (
     Bad("cut in a row", text(CSV[:-40]), "cells, expected 11", "Remove empty lines"),
     Bad("another suffix", every(text(CSV, "a.txt"), trials("a.txt")), "a.txt", "Export it as one"),
     Bad("missing file", without(TEST), TEST, "Check the name"),
+    Bad("missing file in a folder without a participant", trials("../elsewhere/lift_r1.csv"),
+        "elsewhere/lift_r1.csv: no such file", "Check the name"),
     Bad("folder as trial", folder_instead(TEST), TEST, "Check the name"),
     Bad("link to nothing", link_to_nothing, TEST, "Check the name"),
     # Columns and cells.

@@ -34,6 +34,7 @@ from scapulohumeral.gap.recording.case import (
     ScaledModel,
     make_case,
 )
+from scapulohumeral.gap.recording.movement_window import smoothed
 from scapulohumeral.gap.recording.observables import (
     JOINT_QUATERNIONS,
     KINEMATIC_CHANNELS,
@@ -43,10 +44,12 @@ from scapulohumeral.gap.recording.observables import (
     phase_functions,
 )
 from scapulohumeral.gap.residual import differences
+from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.result import Robustness, Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     pose_to_trial,
     quaternion_multiply,
@@ -83,14 +86,14 @@ def made_up_movement(channels):
     return change
 
 
-def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_bias):
+def made_up_response(task, mean_record, model, effects, sensors, settings, emg_tells_bias):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = channel_names(sensors.channels, sensors.contact)
     signatures = tuple(
         tuple(
             np.stack([smooth_change(f"{e.label}{p.name}{kept}", channels) for p in e.params])
             if e.changes_body
-            else record_derivative(e, np.zeros(len(e.params)), anchor)
+            else record_derivative(e, np.zeros(len(e.params)), mean_record)
             for e in effects
         )
         for kept in ("", *(f" kept {f}" for f in STIFFNESSES[1:]))
@@ -100,9 +103,11 @@ def made_up_response(task, anchor, model, effects, sensors, settings, emg_tells_
     )
     none = np.zeros((1, NODES, len(channels)))
     levers = np.tile(np.eye(10, 3), (NODES - 1, 1, 1))
-    session = np.stack([difference(one, anchor) for one in session_records(anchor, settings)])
+    session = np.stack(
+        [difference(one, mean_record) for one in session_records(mean_record, settings)]
+    )
     return TaskSignatures(
-        task=task, anchor=anchor, nominal=anchor, point=None, effects=signatures,
+        task=task, mean_record=mean_record, nominal=mean_record, point=None, effects=signatures,
         intended=made_up_movement(channels), posture=none,
         session=session, followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session,
@@ -162,7 +167,10 @@ def trial(task, repeat, change, emg, contact, seed, observe=lambda record: recor
     series = EmgSeries(time, CHANNELS, record.emg + curves[:, 10:12]) if emg else None
     force = ContactSeries(time, curves[:, 12:]) if contact else None
     window = (0.0, 0.44)
-    return GapTrial(f"{task}_r{repeat}", task, repeat, time, angles, series, force, window, Path())
+    smooth = smoothed(Motion(time, angles))
+    return GapTrial(
+        f"{task}_r{repeat}", task, repeat, time, angles, smooth, series, force, window, Path()
+    )
 
 
 def case(
@@ -242,7 +250,9 @@ def test_effects_are_found_however_firmly_the_movement_is_kept(stiffness):
         (False, "fraction_of_mvc", False),
     ],
 )
-def test_habits_are_read_from_reference_trials_of_known_level(reference, unit, tells, monkeypatch):
+def test_control_bias_is_read_from_reference_trials_of_known_level(
+    reference, unit, tells, monkeypatch
+):
     """EMG of test trials holds the effect that is looked for; one of its own maximum no level."""
     told = []
 
@@ -410,9 +420,25 @@ def test_motion_alone_does_not_tell_a_body_from_another_movement():
     assert MOVED in named(done)
 
 
+def test_only_people_and_not_simulations_choose_their_movement():
+    """What two simulations may differ by is another model, and no other movement."""
+    simulations = replace(SETTINGS, of_simulations=True)
+    for reference, settings in ((True, SETTINGS), (True, simulations), (False, SETTINGS)):
+        some = case(reference=reference)
+        records = read_records(some, None, settings, [])
+        evidence = assembly.assemble(some, records, None, settings, [])
+        chosen = reference and settings is SETTINGS
+        assert tuple(evidence.known) == (STIFFNESSES if chosen else STIFFNESSES[:1])
+        assert (len(evidence.residuals) > 1) is chosen
+        families = {effect.family for effect in effects_of(some, records, None, settings)}
+        assert ("thorax_surface" in families) is not chosen
+
+
 def test_motion_alone_tells_a_frame_that_was_turned():
     label = "input/frame_misalignment/scapula"
-    frame = next(e for e in effects_of(case(emg=False), None, SETTINGS) if e.label == label)
+    motion = case(emg=False)
+    records = read_records(motion, None, SETTINGS, [])
+    frame = next(e for e in effects_of(motion, records, None, SETTINGS) if e.label == label)
     off = np.array([12.0, -9.0, 10.0])
     done = diagnosed(emg=False, observe=lambda record: frame.observe(record, off))
     assert done.status == "ok", done.status_reason

@@ -271,3 +271,46 @@ def test_broken_emg_is_named(
     assert cli.main(emg_arguments(tmp_path, change(sound))) == code, name
     captured = capsys.readouterr()
     assert said in captured.out + captured.err
+
+
+SLIPS = [
+    ("file as folder", ["--out", "TRIAL"], "--out "),
+    ("folder below a file", ["--out", "TRIAL/out"], "--out "),
+    ("mass without height", ["--body-mass", "70"], "--body-mass without --height"),
+    ("height without mass", ["--height", "1.7"], "--height without --body-mass"),
+    ("name without body", ["--id", "ann"], "--id without --body-mass and --height"),
+    ("tasks without body", ["--tasks", "(?P<task>.)"], "--tasks without --body-mass and --height"),
+    ("height in cm", ["--body-mass", "70", "--height", "170"], "--height 170.0: expected 1 to 2.5"),
+]
+
+
+@pytest.mark.parametrize(("name", "options", "said"), SLIPS, ids=[slip[0] for slip in SLIPS])
+def test_slips_of_the_command_are_refused_before_anything_is_read(
+    name: str,
+    options: list[str],
+    said: str,
+    session: Session,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    made.write_c3d(session.folder / "trial.c3d", made.marked(session.points))
+    trial, map_file = str(session.folder / "trial.c3d"), session.folder / "map.yaml"
+    made.write_map(map_file, session.map_text)
+    sound = ["--out", str(session.folder / "out")]
+    given = [option.replace("TRIAL", trial) for option in options]
+    # The last of two options counts.
+    assert cli.main(["convert", trial, "--map", str(map_file), *sound, *given]) == 2, name
+    captured = capsys.readouterr()
+    assert f"Refused: {said}" in captured.err
+    assert "1/1" not in captured.err
+    assert not list(session.folder.rglob("*.csv"))
+
+
+def test_other_commands_refuse_a_file_as_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sound = 3e-4 * emg_noise(8000, 1, 2000.0, np.random.default_rng(2))[:, 0]
+    arguments = emg_arguments(tmp_path, sound)
+    assert cli.main([*arguments, "--out", str(tmp_path / "emg.yaml")]) == 2
+    assert f"Refused: --out {tmp_path / 'emg.yaml'}: File exists" in capsys.readouterr().err
+    assert cli.main(["study", "--cores", "0", "--dry-run"]) == 2
+    assert "Refused: --cores 0: expected 1 or more" in capsys.readouterr().err

@@ -14,9 +14,16 @@ from places import REPOSITORY
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model.choices import ModelChoices
+from scapulohumeral.model.girdle_range import resting
 from scapulohumeral.model.muscle_paths import opensim_sampling as sampling
-from scapulohumeral.model.muscle_paths.pose_region import Region, draw_poses, recorded_poses
+from scapulohumeral.model.muscle_paths.pose_region import (
+    Region,
+    draw_poses,
+    recorded_angles,
+    recorded_poses,
+)
 from scapulohumeral.model.muscle_paths.thorax_clearance import (
+    arm_hanging,
     attachment_levels,
     is_clear,
     segment_frames,
@@ -190,6 +197,18 @@ def test_recorded_attachments_are_outside_the_thorax(record, participant):
     assert set(levels) == {"serr_ant", "lat_dorsi_sup", "lat_dorsi_mid", "lat_dorsi_inf"}
     for name, level in levels.items():
         assert level.min() >= TABLES.constants.wrap_clearance.min_level - 1e-9, name
+
+
+@pytest.mark.parametrize("name", ["par1", "par2", "par3"])
+def test_attachments_are_outside_the_thorax_where_the_arm_hangs(name):
+    """Also where it was never recorded hanging (par3): in pauses of a prediction it does."""
+    person = read_participant(PARTICIPANTS, name)
+    choices = ModelChoices(serratus_path="flattened_rescaled")
+    model = om.participant_model(TABLES, person, choices)
+    record = om.model_record(model, person, TABLES, choices)
+    lowest = recorded_poses(person)[resting(recorded_angles(person))]
+    for surface, level in attachment_levels(record, arm_hanging(lowest)).items():
+        assert level.min() >= TABLES.constants.wrap_clearance.min_level - 1e-9, surface
 
 
 def test_lengths_do_not_jump_along_a_recorded_motion(model, participant):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from derivatives import assert_close, dense, differences
 from scipy import sparse
 from small_arm import (
     small_objective,
@@ -40,20 +41,6 @@ def point(make):
     """A free vector near the motion, off every equality."""
     problem = make()
     return off_equalities(problem.layout.join(cold_guess(problem, NODES)))
-
-
-def dense(values, structure, shape):
-    return sparse.coo_matrix((values, structure), shape=shape).toarray()
-
-
-def differences(function, x, h=1e-6):
-    return np.stack(
-        [(function(x + s) - function(x - s)) / (2 * h) for s in h * np.eye(x.size)], axis=-1
-    )
-
-
-def assert_close(actual, expected, share):
-    np.testing.assert_allclose(actual, expected, rtol=0, atol=share * np.abs(expected).max())
 
 
 def test_gradient_matches_differences(make, point):

@@ -70,6 +70,7 @@ def test_committed_files_are_allowed() -> None:
         ("planes", [], "expected at least 1 item"),
         ("geometry.scapula_turn_deg", [10, -30], "expected the lower one first"),
         ("geometry.scapula_turn_deg", [10], "expected at least 2 items"),
+        ("geometry.girdle_turn_deg", -1, "-1; expected greater than or equal to 0"),
         ("calibration.force_bounds", [0.5, 99], "key 'calibration.force_bounds.1': 99; expected"),
         ("model.masses", None, "key 'model.masses': is missing; it is required."),
         ("weights.tracking.activation", None, "key 'weights.tracking.activation': is missing"),

@@ -40,9 +40,12 @@ def test_what_is_no_yaml_is_refused(file: Path, content: bytes, message: str, re
 
 
 def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
-    for path in (tmp_path / "none.yaml", tmp_path):
-        with pytest.raises(ConfigError, match=r"cannot be read.*Do this"):
+    reasons = {tmp_path / "none.yaml": "No such file", tmp_path: "Is a directory"}
+    for path, said in reasons.items():
+        with pytest.raises(ConfigError, match=rf"{path}: {said}.*Do this"):
             read_yaml(path, REMEDY)
+        with pytest.raises(DataError, match=rf"{path}: {said}.*Do this"):
+            read_json(path, REMEDY)
 
 
 @pytest.mark.parametrize("content", ["", "a\n", "- a\n"])

@@ -18,7 +18,7 @@ from scapulohumeral.quantities.joint_loading import (
     superior_inferior_limit,
     superior_inferior_share,
 )
-from scapulohumeral.quantities.muscle_groups import group_activation, group_force, group_table
+from scapulohumeral.quantities.muscle_groups import group_force
 from scapulohumeral.quantities.prediction_rows import PredictionCase, plane_rows, rhythm_rows
 
 pytestmark = pytest.mark.unit
@@ -86,26 +86,17 @@ def test_joint_pulled_apart_is_outside() -> None:
     assert np.isnan(load.path).all()
 
 
-def test_group_sums_and_weighted_means() -> None:
+def test_group_sums() -> None:
     groups = np.array(["delt", "supra", "delt"])
     force = np.array([[10.0, 1.0, 30.0], [20.0, 2.0, 0.0]])
-    activation = np.array([[0.1, 0.5, 0.4], [1.0, 0.0, 1.0]])
     sums = group_force(force, groups)
-    means = group_activation(activation, groups, np.array([100.0, 70.0, 300.0]))
     np.testing.assert_allclose(sums["delt"], [40.0, 20.0])
-    np.testing.assert_allclose(means["delt"], [0.325, 1.0])
-    np.testing.assert_allclose(means["supra"], [0.5, 0.0])
-    table = group_table(np.array([0.0, 0.1]), sums, means)
-    assert list(table.columns) == ["time_s", "group", "force_N", "activation"]
-    assert table[table.group == "supra"].force_N.tolist() == [1.0, 2.0]
+    np.testing.assert_allclose(sums["supra"], [1.0, 2.0])
 
 
 def test_groups_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ModelError, match="2 group names for 3 muscles"):
         group_force(np.ones((4, 3)), np.array(["a", "b"]))
-    values = np.ones(2)
-    with pytest.raises(ModelError, match="'b'"):
-        group_table(values, {"a": values}, {"a": values, "b": values})
 
 
 def test_rows_of_a_stored_solution() -> None:

@@ -99,9 +99,9 @@ def test_opty_stands_by_number_of_muscles(peers):
     assert shown.flagged == {1}
 
 
-def test_kills_that_changed_numbers_are_marked():
-    row = {"killed_after_s": 10.0, "rerun_s": 20.0, "resumed": 1, "change": 1e-9}
-    assert kill_table({"rounds": [row, {**row, "change": float("inf")}]}).flagged == {1}
+def test_a_kill_that_cost_finished_work_is_marked():
+    row = {"killed_after_s": 10.0, "finished": 3, "lost": 2, "repeated": 0, "resumed": 1}
+    assert kill_table({"rounds": [row, {**row, "repeated": 1}]}).flagged == {1}
 
 
 def test_the_section_says_what_was_not_run(side):

@@ -37,7 +37,7 @@ from simulated_persons.movement import (
     SETTLE_S,
     draw_change,
     draw_variation,
-    habit,
+    movement_made,
     no_variation,
     wished_poses,
 )
@@ -316,9 +316,9 @@ def test_electrodes_slide_with_the_arm_and_hearts_beat(anatomy: Anatomy) -> None
     assert added[:, 7].min() == pytest.approx(0.0, abs=1e-3)
 
 
-def test_habits_are_what_the_arm_did_without_rest() -> None:
+def test_the_movement_made_is_what_the_arm_did_without_rest() -> None:
     pose = wished_poses(MOTION, no_variation())
-    found = habit(pose)
+    found = movement_made(pose)
     assert found.time_s[-1] == pytest.approx(MOTION.time_s[-1] + 0.15, abs=0.03)
     np.testing.assert_allclose(found.angles_rad[-1], MOTION.angles_rad[-1], atol=0.01)
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from recorded_tasks import with_all_tasks
 from skeleton import CONSTANTS, joint, skeleton_record, surface
 from small_arm import small_motion
 
@@ -56,6 +57,14 @@ def everywhere(plan: Plan, sides: Mapping[str, Recording]) -> Recordings:
 def unchanged(plan: Plan) -> Recordings:
     """A case in which nothing differs."""
     return everywhere(plan, {"reference": still(), "test": still(), OTHERWISE: still()})
+
+
+def test_only_participants_with_all_tasks_are_repeated() -> None:
+    """Own participants have other trials than the published elevations."""
+    every = [Path("people/ann") / f"{task}.csv" for task in (*TASKS, "drinking")]
+    some = [Path("people/bob/frontal.csv"), Path("people/bob/reach_r1.csv")]
+    assert with_all_tasks([*some, *every]) == [Path("people/ann")]
+    assert with_all_tasks(some) == []
 
 
 def simulate_by(monkeypatch: pytest.MonkeyPatch, recorded: Record) -> list[Plan]:

@@ -30,7 +30,7 @@ from scapulohumeral.gap.nominal.participant_model import (
     participant_model,
 )
 from scapulohumeral.gap.recording.case import Case, ContactSeries, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.recording.movement_window import movement_window
+from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import channel_kind, difference, phase_functions
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
 from scapulohumeral.gap.residual.noise import total_covariance
@@ -39,6 +39,7 @@ from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, task_signatures
 from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
+from scapulohumeral.model.motion import Motion
 
 log = logging.getLogger(__name__)
 
@@ -109,8 +110,9 @@ def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
     contact = None
     if curves.get("force_N"):
         contact = ContactSeries(time_s, np.array(curves["force_N"]))
-    window = movement_window(time_s, angles)
-    return GapTrial(side, "hidden", 1, time_s, angles, emg, contact, window, Path(side))
+    smooth = smoothed(Motion(time_s, angles))
+    window = movement_window(smooth)
+    return GapTrial(side, "hidden", 1, time_s, angles, smooth, emg, contact, window, Path(side))
 
 
 def _compared(
@@ -128,13 +130,15 @@ def _compared(
     person and sessions.
     """
     stiffness, share = float(errors["stiffness"]), float(errors["session_share"])
-    effects = _ordered(effects_of(case, model, settings), candidate)
     records = read_records(case, model, settings, [])
+    effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
-    [anchor], [[test]] = unseen.anchors.values(), unseen.test.values()
-    habits = emg_tells_bias(case, records)
-    of_task = task_signatures("hidden", anchor, model, effects, records.sensors, settings, habits)
-    spread, base = None, anchor
+    [mean_record], [[test]] = unseen.mean_records.values(), unseen.test.values()
+    bias_is_told = emg_tells_bias(case, records)
+    of_task = task_signatures(
+        "hidden", mean_record, model, effects, records.sensors, settings, bias_is_told
+    )
+    spread, base = None, mean_record
     if not records.reference:
         of_task, base = of_task.of_residual(), of_task.nominal
         spread = (settings.model, records.channels)

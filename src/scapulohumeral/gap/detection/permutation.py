@@ -131,7 +131,7 @@ def _arranged(
         tests = len(records.test[task])
         picks.append((len(trials), tests))
         if change is None:
-            coefficients = residual.compress([records.about_anchor(task, trials)])
+            coefficients = residual.compress([records.about_mean(task, trials)])
         else:
             coefficients = np.outer(change[residual.rows([task])], np.arange(len(trials)) < tests)
         parts.append(coefficients @ _signs(*picks[-1]).T)

@@ -17,7 +17,7 @@ import numpy as np
 from scapulohumeral.gap.detection.presence import DRAWS, DifferenceMap, z_values
 from scapulohumeral.gap.recording.observables import channel_unit
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import Entered, Shown
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 
@@ -111,7 +111,7 @@ def entered_regions(
     regions
     rows : the map
     """
-    gain = most_probable(residual, unknown_inputs.columns)
+    gain = most_probable_gain(residual, unknown_inputs.columns)
     estimate = gain @ residual.whiten(residual.delta)
     without = gain @ np.random.default_rng(seed).normal(size=(len(residual.delta), DRAWS))
     tasks = len(residual.tasks)

@@ -30,7 +30,7 @@ def sides(residual: Residual, records: Records) -> list[Side]:
     """Trials behind a comparison, about anything: only how they differ among each other counts."""
     return [
         {
-            task: residual.compress([records.about_anchor(task, side[task])]).T
+            task: residual.compress([records.about_mean(task, side[task])]).T
             for task in residual.tasks
         }
         for side in (records.test, records.reference)

@@ -77,7 +77,7 @@ class Setup:
     channels : recorded EMG channels
     neighbours : pairs of channels between which cross-talk is considered
     contact : whether the joint force is recorded
-    referenced : whether a person is compared with the same person, not with the model
+    of_one_person : whether a person is compared with the same person, not with the model
     simulated : whether the trials are simulations, which no measurement can spoil
     unmeasured : segments that a rule stands for: an effect on their record alone cannot show
     """
@@ -86,7 +86,7 @@ class Setup:
     channels: tuple[str, ...]
     neighbours: tuple[tuple[str, str], ...]
     contact: bool
-    referenced: bool = False
+    of_one_person: bool = False
     simulated: bool = False
     unmeasured: frozenset[str] = frozenset()
 

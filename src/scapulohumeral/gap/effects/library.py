@@ -81,7 +81,7 @@ def library(setup: Setup) -> tuple[Effect, ...]:
     What the model itself may have wrong is the same on both sides of a comparison of one person,
     not of two simulations. These have no errors of measurement.
     """
-    families = [f for f in FAMILIES if not (setup.referenced and f in OF_THE_MODEL)]
+    families = [f for f in FAMILIES if not (setup.of_one_person and f in OF_THE_MODEL)]
     every = (effect for family in families for effect in family.members(setup))
     shown = (effect for effect in every if effect.needs <= setup.observables)
     return tuple(effect for effect in shown if effect.changes_body or not setup.simulated)

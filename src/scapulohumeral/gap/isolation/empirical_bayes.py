@@ -62,6 +62,7 @@ class Evidence:
     signatures : nominal solutions
     unknown_inputs : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
+    of_one_person : whether a person made both movements, who may keep them or make others
     session_share : most probable share of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
     known : all effects at the nominal solutions, by stiffness
@@ -78,6 +79,7 @@ class Evidence:
     signatures: tuple[TaskSignatures, ...]
     unknown_inputs: UnknownInputs
     referenced: bool
+    of_one_person: bool
     session_share: float
     settings: GapSettings
     known: Mapping[float, tuple[Hypothesis, ...]]
@@ -92,11 +94,6 @@ class Evidence:
     def suppositions(self) -> list[Supposition]:
         """All that is supposed of the person."""
         return [Supposition(f, size) for f in self.known for size in self.residuals]
-
-    @property
-    def movement_is_chosen(self) -> bool:
-        """Whether a person made both movements, who may keep them or make others."""
-        return self.referenced and not self.settings.of_simulations
 
     @cached_property
     def screened(self) -> list[Fit]:
@@ -185,7 +182,7 @@ def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
     )
     base = _compared(evidence, evidence.residual)
     residuals = {0.0: base}
-    if evidence.movement_is_chosen:
+    if evidence.of_one_person:
         unit = other_movement(base, evidence.signatures, signature)
         for size in SIZES_DEG:
             covariance = base.covariance + size**2 * unit

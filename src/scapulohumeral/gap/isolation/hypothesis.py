@@ -92,9 +92,6 @@ class Fit:
     hypothesis : that was fitted
     x : (P,) internal parameters; covariance : (P, P) of them
     log_evidence : log density of the difference, whitened
-    left : sum of squares of the whitened difference that remains
-    misfit : mean square of what remains in units of noise and of the errors of the prediction:
-        about one where both are as assumed
     moved_deg : supposed size of another movement [deg], which is part of the noise
     mimicked : what was taken off the log evidence of a pair, see `pairs.paired`
     """
@@ -103,8 +100,6 @@ class Fit:
     x: np.ndarray
     covariance: np.ndarray
     log_evidence: float
-    left: float
-    misfit: float
     moved_deg: float
     mimicked: float = 0.0
 

@@ -41,11 +41,10 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
     curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
     left = system.left(x)
-    squares = error.squares(left)
     one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
     log_evidence = (
-        error.log_density(squares, len(left))
+        error.log_density(error.squares(left), len(left))
         - residual.log_volume
         + _log_prior(hypothesis, x)
         + one_sided * np.log(2.0)
@@ -56,8 +55,6 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         x,
         np.linalg.inv(curvature),
         log_evidence,
-        left=float(left @ left),
-        misfit=squares / len(left),
         moved_deg=residual.moved_deg,
     )
 

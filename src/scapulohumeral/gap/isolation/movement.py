@@ -75,13 +75,10 @@ def movement_fit(residuals: Mapping[float, Residual], log_evidence: float) -> Fi
         slope=change[:, None] / size,
         stiffness=1.0,
     )
-    left = same.whiten(same.delta - change)
     return Fit(
         hypothesis,
         np.array([size]),
         np.array([[variance]]),
         log_evidence,
-        left=float(left @ left),
-        misfit=float(np.sum(other.whiten(other.delta) ** 2)) / len(other.delta),
         moved_deg=other.moved_deg,
     )

@@ -3,8 +3,8 @@
 A person's least effort is not the model's: muscles are stronger or weaker, hold more against each
 other, or press the scapula on the ribs. A nominal solution without them answers effects from the
 wrong state. The nominal movement therefore first follows EMG as far as it follows least effort; the
-slope of what that costs is then kept as a habit, which leaves the solution optimal and lets effects
-change EMG as freely as before.
+slope of what that costs is then kept as the bias, which leaves the solution optimal and lets
+effects change EMG as freely as before.
 
 Letters: N nodes, M muscles, C EMG channels.
 """
@@ -42,7 +42,7 @@ class Drive:
         envelopes = (self.weight * self.target - 0.5 * self.slope) / size
         return EmgTerm(np.diag(size), envelopes, np.ones(len(envelopes)))
 
-    def habit(self, excitation: np.ndarray) -> Drive:
+    def bias(self, excitation: np.ndarray) -> Drive:
         """The slope alone, as it is at excitations (N, M)."""
         slope = self.slope + 2.0 * self.weight * (excitation - self.target)
         return replace(self, weight=np.zeros_like(self.weight), slope=slope)

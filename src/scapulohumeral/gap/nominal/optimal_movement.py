@@ -195,7 +195,7 @@ class Movement:
 
         Parameters
         ----------
-        point : solution without habits; iterations : after which a solve counts as failed
+        point : solution without control bias; iterations : after which a solve counts as failed
         emg : (N, C) of maximum voluntary contraction
         electrodes : (C, M) elements that channels average
 
@@ -206,7 +206,7 @@ class Movement:
         drive = toward_emg(self.trajectory(point).e, emg, electrodes)
         following = self.driven(drive)
         point = following.solved(self.body, point, iterations)
-        return self.driven(drive.habit(self.trajectory(point).e)), point
+        return self.driven(drive.bias(self.trajectory(point).e)), point
 
     def driven(self, drive: Drive) -> Movement:
         """The same movement with another drive of the muscles."""

@@ -12,14 +12,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.movement_window import resampled, smoothed
+from scapulohumeral.gap.recording.movement_window import resampled
 from scapulohumeral.laboratory.trial import Channel
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array
@@ -61,6 +60,7 @@ class GapTrial:
     name : stem of the file; not to be used for anything but text
     task, repeat : which movement, and which repeat of it
     time_s, angles_rad : (T,) and (T, 10), in the order of ``rotations.ANGLE_NAMES``
+    smooth : the same, low-pass filtered at its own times
     emg, contact : companions, None if not measured
     window_s : start and end of the movement, on the clock of `time_s`
     source : file that was read
@@ -72,16 +72,12 @@ class GapTrial:
     repeat: int
     time_s: Array
     angles_rad: Array
+    smooth: Motion
     emg: EmgSeries | None
     contact: ContactSeries | None
     window_s: tuple[float, float]
     source: Path
     rules: Mapping[str, Channel] = field(default_factory=dict)
-
-    @cached_property
-    def smooth(self) -> Motion:
-        """The motion, low-pass filtered at its own times."""
-        return smoothed(Motion(self.time_s, self.angles_rad))
 
     def moved(self, nodes: int) -> tuple[Array, Array]:
         """The smooth motion at equal steps of its movement: times (N,), angles (N, 10) [rad]."""

@@ -21,25 +21,23 @@ SPEED_SHARE = 0.05
 MOVING_SHARE = 0.2
 # ASSUME: an arm that never turns faster is held still, and the whole trial counts as movement.
 STILL_RAD_S = np.deg2rad(5.0)
-# Human arm motion is below 6 Hz, marker noise above (Winter 2009, section 3.4.4.2); the speed of a
-# raw recording at rest is all noise.
+# Human arm motion is below 6 Hz, marker noise above (Winter 2009, section 3.4.4.2).
 CUTOFF_HZ = 6.0
 
 
-def movement_window(time_s: Array, angles_rad: Array) -> tuple[float, float]:
+def movement_window(smooth: Motion) -> tuple[float, float]:
     """Start and end of a movement [s]: where humerothoracic speed crosses 5 % of its peak.
 
     Parameters
     ----------
-    time_s : array, shape (T,)
-    angles_rad : array, shape (T, 10)
+    smooth : a smoothed recording: the speed of a raw one at rest is all noise
 
     Returns
     -------
     start, end                       first and last crossing, spells of sway left out; the whole
                                      trial if the arm is still
     """
-    speed = humerothoracic_speed(smoothed(Motion(time_s, angles_rad)))
+    time_s, speed = smooth.time_s, humerothoracic_speed(smooth)
     if speed.max() < STILL_RAD_S:
         return float(time_s[0]), float(time_s[-1])
     slow = np.flatnonzero(speed < SPEED_SHARE * speed.max())

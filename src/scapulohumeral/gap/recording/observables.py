@@ -131,19 +131,19 @@ def mean(observed: Sequence[Observation]) -> Observation:
     )
 
 
-def difference(observed: Observation, anchor: Observation) -> Array:
+def difference(observed: Observation, mean_record: Observation) -> Array:
     """Channels (N, K) of a record relative to another: deg, fraction of MVC, N."""
     parts = []
     for part in JOINT_QUATERNIONS:
         turn = quaternion_multiply(
-            observed.pose[:, part], quaternion_conjugate(anchor.pose[:, part])
+            observed.pose[:, part], quaternion_conjugate(mean_record.pose[:, part])
         )
         parts.append(np.rad2deg(Rotation.from_quat(turn, scalar_first=True).as_rotvec()))
-    parts.append(np.rad2deg(observed.pose[:, 12:] - anchor.pose[:, 12:]))
-    if observed.emg is not None and anchor.emg is not None:
-        parts.append(observed.emg - anchor.emg)
-    if observed.contact_N is not None and anchor.contact_N is not None:
-        parts.append(observed.contact_N - anchor.contact_N)
+    parts.append(np.rad2deg(observed.pose[:, 12:] - mean_record.pose[:, 12:]))
+    if observed.emg is not None and mean_record.emg is not None:
+        parts.append(observed.emg - mean_record.emg)
+    if observed.contact_N is not None and mean_record.contact_N is not None:
+        parts.append(observed.contact_N - mean_record.contact_N)
     return np.hstack(parts)
 
 

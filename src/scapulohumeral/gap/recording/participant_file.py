@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.documents import check_schema, read_mapping
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
@@ -46,6 +46,7 @@ def find_participant(tests: Sequence[Path]) -> Path:
     Raises
     ------
     ConfigError                      there is none, or test files have different ones
+    DataError                        a test file is missing, so nothing is beside it
     """
     found = {_beside(path.resolve().parent) for path in tests}
     if len(found) > 1:
@@ -55,6 +56,9 @@ def find_participant(tests: Sequence[Path]) -> Path:
         )
     [path] = found
     if path is None:
+        for test in tests:
+            if not test.exists():
+                raise DataError(f"{test}: no such file. Check the name.")
         raise ConfigError(
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )

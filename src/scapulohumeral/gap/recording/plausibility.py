@@ -12,7 +12,6 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.motion_files import MotionTable
-from scapulohumeral.gap.recording.movement_window import smoothed
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -85,18 +84,18 @@ def check_girdle(table: MotionTable, angles_rad: Array) -> None:
         )
 
 
-def check_movement(path: Path, time_s: Array, angles_rad: Array) -> None:
+def check_movement(path: Path, smooth: Motion) -> None:
     """Refuse a trial in which no joint, nor the humerus in the thorax, turns noticeably.
 
     Parameters
     ----------
-    path : file; time_s, angles_rad : (T,) and (T, 10) of the movement
+    path : file; smooth : its movement, smoothed
 
     Raises
     ------
     DataError                        names file and largest turn
     """
-    pose = trial_to_pose(smoothed(Motion(time_s, angles_rad)).angles_rad)
+    pose = trial_to_pose(smooth.angles_rad)
     joints = [pose[:, i : i + 4] for i in (0, 4, 8)]
     joints.append(quaternion_multiply(quaternion_multiply(*joints[:2]), joints[2]))
     turns = [relative_angle(joint[:1], joint).max() for joint in joints]

@@ -19,12 +19,12 @@ import numpy as np
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
-from scapulohumeral.gap.recording.movement_window import movement_window
+from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
 from scapulohumeral.model.csv_table import check_increasing
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
+from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
 # This project's own tables carry the unit in the name.
@@ -120,10 +120,11 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
     check_girdle(table, angles)
-    window = entry.window_s or movement_window(time_s, angles)
+    smooth = smoothed(Motion(time_s, angles))
+    window = entry.window_s or movement_window(smooth)
     _check_window(path, time_s, window)
     moving = (time_s >= window[0]) & (time_s <= window[1])
-    check_movement(path, time_s[moving], angles[moving])
+    check_movement(path, Motion(time_s[moving], smooth.angles_rad[moving]))
     task, repeat = task_and_repeat(path.stem)
     trial = GapTrial(
         name=path.stem,
@@ -131,6 +132,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
         repeat=entry.repeat or repeat,
         time_s=time_s,
         angles_rad=angles,
+        smooth=smooth,
         emg=_emg(emg_table, emg_columns, window),
         contact=_contact(force_table, force_columns, window),
         window_s=window,

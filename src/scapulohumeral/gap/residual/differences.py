@@ -38,19 +38,22 @@ class Records:
     Attributes
     ----------
     test, reference : task -> trials; no reference in no-reference mode
-    anchors : task -> mean record to which changes are relative
+    mean_records : task -> mean of its trials, to which changes are relative
     sensors : what is recorded; channels : (K,) names
+    of_one_person : whether a person is compared with the same person, who chose both movements:
+        with reference trials, and not between simulations
     """
 
     test: Mapping[str, Sequence[Observation]]
     reference: Mapping[str, Sequence[Observation]]
-    anchors: Mapping[str, Observation]
+    mean_records: Mapping[str, Observation]
     sensors: SensorSetup
     channels: tuple[str, ...]
+    of_one_person: bool
 
-    def about_anchor(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
+    def about_mean(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
         """Curves (L, N, K) of trials of a task relative to its mean record."""
-        return np.stack([difference(one, self.anchors[task]) for one in trials])
+        return np.stack([difference(one, self.mean_records[task]) for one in trials])
 
 
 def read_records(
@@ -84,11 +87,12 @@ def read_records(
     return Records(
         test={task: test[task] for task in tasks},
         reference={task: reference[task] for task in tasks} if common else {},
-        anchors={task: mean(base[task]) for task in tasks},
+        mean_records={task: mean(base[task]) for task in tasks},
         sensors=SensorSetup(
             case.channels, electrodes, case.has_contact, unmeasured_segments(case.trials)
         ),
         channels=channel_names(case.channels, case.has_contact),
+        of_one_person=bool(common) and not settings.of_simulations,
     )
 
 
@@ -103,18 +107,18 @@ def solved_part(
     """
     faults = {
         task: one
-        for task, one in zip(records.anchors, found, strict=True)
+        for task, one in zip(records.mean_records, found, strict=True)
         if isinstance(one, SolveError)
     }
-    if len(faults) == len(records.anchors):
+    if len(faults) == len(records.mean_records):
         raise next(iter(faults.values()))
     warnings += [f"task {task} is left out: {error}" for task, error in faults.items()]
-    kept = [task for task in records.anchors if task not in faults]
+    kept = [task for task in records.mean_records if task not in faults]
     return replace(
         records,
         test={task: records.test[task] for task in kept},
         reference={task: records.reference[task] for task in kept if records.reference},
-        anchors={task: records.anchors[task] for task in kept},
+        mean_records={task: records.mean_records[task] for task in kept},
     )
 
 
@@ -122,14 +126,14 @@ def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings)
     """Covariance of one trial, from all that was repeated."""
     repeats = {
         task: Repeats(
-            anchor,
+            mean_record,
             tuple(
-                records.about_anchor(task, side[task])
+                records.about_mean(task, side[task])
                 for side in (records.test, records.reference)
                 if side
             ),
         )
-        for task, anchor in records.anchors.items()
+        for task, mean_record in records.mean_records.items()
     }
     return trial_noise(repeats, records.channels, functions, settings.noise)
 
@@ -138,8 +142,8 @@ def differences(
     records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
 ) -> tuple[Residual, tuple[TrialDifference, ...]]:
     """Mean differences and those of single trials; their covariance is that between repeats."""
-    tasks = tuple(records.anchors)
-    bases = [records.anchors[r.task] if records.reference else r.nominal for r in signatures]
+    tasks = tuple(records.mean_records)
+    bases = [records.mean_records[r.task] if records.reference else r.nominal for r in signatures]
     singles = [
         [difference(one, base) for one in records.test[task]]
         for task, base in zip(tasks, bases, strict=True)

@@ -125,7 +125,7 @@ class Residual:
         return self._deviations(self.covariance)
 
     @property
-    def floor(self) -> np.ndarray:
+    def repeat_spread(self) -> np.ndarray:
         """Standard deviations (T, N, K) of the curves that repeats determine."""
         return self._deviations(self.noise)
 

@@ -100,7 +100,7 @@ def unknown_inputs(
     return UnknownInputs(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
 
 
-def most_probable(residual: Residual, columns: np.ndarray) -> np.ndarray:
+def most_probable_gain(residual: Residual, columns: np.ndarray) -> np.ndarray:
     """Matrix (S, D) from a whitened difference to the most probable amounts of disturbances (D, S).
 
     They are independent, of the common size with most evidence for the difference compared.

@@ -171,13 +171,13 @@ def _moved(angles: Array, dof: int, by_rad: Array) -> Array:
     return pose_to_trial(pose)
 
 
-def record_derivative(effect: Effect, internal: Array, anchor: Observation) -> Array:
+def record_derivative(effect: Effect, internal: Array, mean_record: Observation) -> Array:
     """Change (P, N, K) of a record per unit of an effect on the measurement."""
-    return _derivative(_recorded_steps(effect, internal, anchor))
+    return _derivative(_recorded_steps(effect, internal, mean_record))
 
 
-def _recorded_steps(effect: Effect, internal: Array, anchor: Observation) -> Steps:
-    return _stepped(lambda x: effect.observe(anchor, effect.physical(x)), internal)
+def _recorded_steps(effect: Effect, internal: Array, mean_record: Observation) -> Steps:
+    return _stepped(lambda x: effect.observe(mean_record, effect.physical(x)), internal)
 
 
 def _stepped(record: Callable[[Array], Observation], internal: Array) -> Steps:
@@ -190,9 +190,9 @@ def _derivative(steps: Steps) -> Array:
     return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in steps])
 
 
-def _followed(local: Linearised, effect: Effect, anchor: Observation) -> Array:
+def _followed(local: Linearised, effect: Effect, mean_record: Observation) -> Array:
     """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
     if effect.changes_body:
-        return np.zeros((len(effect.params), *difference(anchor, anchor).shape))
-    steps = _recorded_steps(effect, np.zeros(len(effect.params)), anchor)
+        return np.zeros((len(effect.params), *difference(mean_record, mean_record).shape))
+    steps = _recorded_steps(effect, np.zeros(len(effect.params)), mean_record)
     return local.following(steps, 2.0 * STEP)

@@ -29,7 +29,7 @@ SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(
 FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
 
 
-def session_records(anchor: Observation, settings: GapSettings) -> list[Observation]:
+def session_records(mean_record: Observation, settings: GapSettings) -> list[Observation]:
     """Records (R) with one standard deviation of each error of a new session.
 
     Frames of three segments, axial rotation of the clavicle, gain, offset and timing of EMG.
@@ -38,39 +38,44 @@ def session_records(anchor: Observation, settings: GapSettings) -> list[Observat
     records = []
     for segment in FRAME_SEGMENTS:
         for vector in np.deg2rad(s.frame_deg) * np.eye(3):
-            records.append(replace(anchor, pose=turn_frame(anchor.pose, segment, vector)))
-    records += _turned(anchor, "clavicle", s.clavicle_axial_deg, np.eye(3)[:1])
-    if anchor.emg is not None:
-        for k in range(len(anchor.channels)):
-            one = np.eye(len(anchor.channels))[k]
-            for emg in (anchor.emg * (1.0 + s.emg_gain * one), anchor.emg + s.emg_offset * one):
-                records.append(replace(anchor, emg=emg))
+            records.append(replace(mean_record, pose=turn_frame(mean_record.pose, segment, vector)))
+    records += _turned(mean_record, "clavicle", s.clavicle_axial_deg, np.eye(3)[:1])
+    if mean_record.emg is not None:
+        for k in range(len(mean_record.channels)):
+            one = np.eye(len(mean_record.channels))[k]
+            for emg in (
+                mean_record.emg * (1.0 + s.emg_gain * one),
+                mean_record.emg + s.emg_offset * one,
+            ):
+                records.append(replace(mean_record, emg=emg))
         delay = Emd("measurement", "emd", None, DELAY, frozenset(), (), "")
-        records.append(delay.observe(anchor, np.array([s.timing_ms])))
+        records.append(delay.observe(mean_record, np.array([s.timing_ms])))
     return records
 
 
-def unmeasured_records(anchor: Observation, unmeasured: Mapping[str, float]) -> list[Observation]:
+def unmeasured_records(
+    mean_record: Observation, unmeasured: Mapping[str, float]
+) -> list[Observation]:
     """Records (R) with one standard deviation of each turn of segments that nobody measured.
 
     Parameters
     ----------
-    anchor : record with rules in place of them
+    mean_record : record with rules in place of them
     unmeasured : segment -> standard deviation of its turns, smooth over the movement [deg]
     """
     return [
         record
         for segment, deviation in unmeasured.items()
-        for record in _turned(anchor, segment, deviation, np.eye(3))
+        for record in _turned(mean_record, segment, deviation, np.eye(3))
     ]
 
 
 def _turned(
-    anchor: Observation, segment: str, deviation_deg: float, axes: Array
+    mean_record: Observation, segment: str, deviation_deg: float, axes: Array
 ) -> Iterator[Observation]:
     """Records with a segment turned about each of its axes (A, 3), smoothly over the movement."""
-    nodes = len(anchor.pose)
+    nodes = len(mean_record.pose)
     for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
         for axis in axes:
             vectors = np.deg2rad(deviation_deg) * shape[:, None] * axis
-            yield replace(anchor, pose=turn_frame(anchor.pose, segment, vectors))
+            yield replace(mean_record, pose=turn_frame(mean_record.pose, segment, vectors))

@@ -53,7 +53,8 @@ class TaskSignatures:
     Attributes
     ----------
     task : name
-    anchor : mean record to which all changes are relative; nominal : the model's prediction of it
+    mean_record : of the recorded trials, to which all changes are relative
+    nominal : the model's prediction of it
     point : nominal solution
     effects : (P, N, K) change per unit of each effect's internal parameters, for each stiffness
         with which the person may keep the movement (:data:`STIFFNESSES`)
@@ -72,7 +73,7 @@ class TaskSignatures:
     """
 
     task: str
-    anchor: Observation
+    mean_record: Observation
     nominal: Observation
     point: Start
     effects: tuple[tuple[Array, ...], ...]
@@ -104,7 +105,7 @@ class TaskSignatures:
 
 def task_signatures(
     task: str,
-    anchor: Observation,
+    mean_record: Observation,
     model: ParticipantModel,
     effects: Sequence[Effect],
     sensors: SensorSetup,
@@ -115,7 +116,8 @@ def task_signatures(
 
     Parameters
     ----------
-    task, anchor : name and mean record; model, settings : of the nominal movement
+    task, mean_record : name and mean of its recorded trials
+    model, settings : of the nominal movement
     effects : what it is differentiated by; sensors : what is recorded
     emg_tells_bias : whether EMG tells how the person drives muscles without effects
 
@@ -123,33 +125,33 @@ def task_signatures(
     ------
     SolveError                       the movement cannot be solved, or its KKT matrix is singular
     """
-    move = movement(model, anchor, settings)
+    move = movement(model, mean_record, settings)
     point = move.solved(move.body, nominal_start(move, settings), settings.iterations)
-    if emg_tells_bias and anchor.emg is not None:
+    if emg_tells_bias and mean_record.emg is not None:
         move, point = move.with_control_bias(
-            point, anchor.emg, sensors.electrodes, settings.iterations
+            point, mean_record.emg, sensors.electrodes, settings.iterations
         )
     move = with_state(move, point)
-    local = Linearised(move, move.body, point, anchor.duration_s, sensors)
+    local = Linearised(move, move.body, point, mean_record.duration_s, sensors)
     by_stiffness = [local, *(local.kept(stiffness) for stiffness in STIFFNESSES[1:])]
     intended = by_stiffness[-1].intended(max(settings.phase_functions, SMOOTH))
     levers, needed = _balance(move, point)
-    sessions = session_records(anchor, settings)
-    records = [*sessions, *unmeasured_records(anchor, sensors.unmeasured)]
-    changes = np.stack([difference(one, anchor) for one in records])
-    following = local.following([(one, anchor) for one in records], 1.0)
+    sessions = session_records(mean_record, settings)
+    records = [*sessions, *unmeasured_records(mean_record, sensors.unmeasured)]
+    changes = np.stack([difference(one, mean_record) for one in records])
+    following = local.following([(one, mean_record) for one in records], 1.0)
     nuisance, unmeasured = slice(len(sessions)), slice(len(sessions), None)
     return TaskSignatures(
         task=task,
-        anchor=anchor,
+        mean_record=mean_record,
         nominal=local.observed,
         point=point,
-        effects=_signatures(by_stiffness, effects, anchor),
+        effects=_signatures(by_stiffness, effects, mean_record),
         intended=intended,
         posture=settings.session.posture_deg * _varying(intended),
         session=changes[nuisance],
         unmeasured=changes[unmeasured],
-        followed=tuple(_followed(local, effect, anchor) for effect in effects),
+        followed=tuple(_followed(local, effect, mean_record) for effect in effects),
         followed_session=following[nuisance],
         followed_unmeasured=following[unmeasured],
         slack=local.slack(),
@@ -178,7 +180,7 @@ def _balance(move: Movement, point: Start) -> tuple[Array, Array]:
 
 
 def _signatures(
-    by_stiffness: Sequence[Linearised], effects: Sequence[Effect], anchor: Observation
+    by_stiffness: Sequence[Linearised], effects: Sequence[Effect], mean_record: Observation
 ) -> tuple[tuple[Array, ...], ...]:
     """Change (P, N, K) by each effect where it is absent, for each stiffness."""
     local = by_stiffness[0]
@@ -192,7 +194,7 @@ def _signatures(
     directly = [
         local.seen(effect, at[effect.label])
         if effect.changes_body
-        else record_derivative(effect, at[effect.label], anchor)
+        else record_derivative(effect, at[effect.label], mean_record)
         for effect in effects
     ]
     if not conditions:

@@ -26,7 +26,7 @@ def stiffened_movement(
     model: ParticipantModel, of_task: TaskSignatures, stiffness: float, settings: GapSettings
 ) -> Movement:
     """The movement of a response, kept with a stiffness, ready to be solved with effects."""
-    move = movement(model, of_task.anchor, settings).driven(of_task.drive)
+    move = movement(model, of_task.mean_record, settings).driven(of_task.drive)
     return with_state(move, of_task.point).kept(of_task.point, stiffness)
 
 
@@ -34,8 +34,10 @@ def recorded_change(
     effect: Effect, x: np.ndarray, of_task: TaskSignatures
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change (N, K) of the record by an effect on it, and its derivative (P, N, K)."""
-    changed = effect.observe(of_task.anchor, effect.physical(x))
-    return difference(changed, of_task.anchor), record_derivative(effect, x, of_task.anchor)
+    changed = effect.observe(of_task.mean_record, effect.physical(x))
+    return difference(changed, of_task.mean_record), record_derivative(
+        effect, x, of_task.mean_record
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,7 @@ class Resolve:
         """
         body = effect.apply(self.move.body, effect.physical(x))
         point = self.move.solved(body, _inside(start, self.move.variant(body)), self.iterations)
-        duration = self.of_task.anchor.duration_s
+        duration = self.of_task.mean_record.duration_s
         local = Linearised(self.move, body, point, duration, self.sensors)
         return difference(local.observed, self.of_task.nominal), local.by_effect(effect, x), point
 

@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help="folder for tables and page")
     add("--keep-faulty", action="store_true", help="also write tables of recordings with a fault")
     add("--tables", type=Path, default=MODEL_TABLES, metavar="DIR", help="model tables")
-    add("--id", default="participant", help="with --body-mass: name of the person")
+    add("--id", metavar="ID", help="with --body-mass: name of the person (default participant)")
     add(
         "--tasks", metavar="REGEX",
         help="with --body-mass: groups (?P<task>...) and (?P<repeat>...) in the names of trials",
@@ -103,7 +103,7 @@ def _write_participant(
     names = [outcome.name for outcome in usable]
     trials = participant.task_and_repeat(options.tasks, names) if options.tasks else {}
     person = participant.Person(
-        options.id, body_of(options), scale_factors(points, tables), gravity
+        options.id or "participant", body_of(options), scale_factors(points, tables), gravity
     )
     written = participant.write_diagnosis_participant(options.out, person, tables, trials)
     print(f"participant of a diagnosis: {written}")
@@ -112,9 +112,12 @@ def _write_participant(
 def run(options: argparse.Namespace, command: str) -> int:
     """Convert, write, and say what was found; returns the exit code."""
     from scapulohumeral.laboratory.convert import summary, write_outcomes
+    from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.laboratory.page import render_page
     from scapulohumeral.model.tables import read_tables
 
+    _check_person(options)
+    make_folder(options.out)
     tables = read_tables(options.tables)
     outcomes = _outcomes(options, tables)
     write_outcomes(options.out, outcomes, options.keep_faulty, command)
@@ -125,6 +128,29 @@ def run(options: argparse.Namespace, command: str) -> int:
         _write_participant(options, outcomes, tables)
     print(f"look at {page}")
     return 0 if all(outcome.usable for outcome in outcomes) else REFUSED
+
+
+def _check_person(options: argparse.Namespace) -> None:
+    """Refuse half of what a participant file needs, before any recording is read.
+
+    Raises
+    ------
+    ConfigError                      mass without height, or a name or tasks without either
+    """
+    from scapulohumeral.errors import ConfigError
+
+    given = {"--body-mass": options.body_mass, "--height": options.height}
+    missing = [name for name, value in given.items() if value is None]
+    asked = [name for name in given if name not in missing]
+    asked += [f"--{name}" for name in ("id", "tasks", "sex") if getattr(options, name) is not None]
+    if not asked:
+        return
+    if missing:
+        raise ConfigError(
+            f"{', '.join(asked)} without {' and '.join(missing)}: expected both, from which a "
+            "participant file is made. Add what is missing, or leave the others out."
+        )
+    body_of(options)
 
 
 def progress(line: str) -> None:

@@ -49,14 +49,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, command: str) -> int:
     """Process all recordings and say what was found; returns the exit code."""
     from scapulohumeral.laboratory import emg_files
+    from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.model.tables import read_tables
 
+    make_folder(options.out)
     emg_map = emg_files.read_emg_map(options.map)
     groups = {m.group for m in read_tables(options.config.parent / "model").muscles.values()}
     emg_files.check_muscles(emg_map, sorted(groups))
     pipeline = emg_files.read_pipeline(options.config)
     contractions = emg_files.read_contractions(options.mvc, emg_map, pipeline)
-    options.out.mkdir(parents=True, exist_ok=True)
     written: list[set[str]] = []
     for file in options.recordings:
         print(file.name, file=sys.stderr, flush=True)

@@ -51,6 +51,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     if not (PROFILES / options.profile).is_dir():
         found = ", ".join(sorted(path.name for path in PROFILES.iterdir()))
         raise ConfigError(f"--profile {options.profile}: expected one of {found}.")
+    if options.cores is not None and options.cores < 1:
+        raise ConfigError(f"--cores {options.cores}: expected 1 or more. Raise it.")
     files = [CONFIG_FOLDER / "config.yaml"]
     if options.quick:
         files.append(CONFIG_FOLDER / "quick.yaml")

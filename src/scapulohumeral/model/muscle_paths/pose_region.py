@@ -1,7 +1,7 @@
 """The region of poses over which muscle geometry is fitted: the recorded motions with a margin.
 
 Predictions keep the recorded orientation of the humerus in the thorax, but scapula and clavicle
-find their own: quaternion geometry also covers scapulae turned up or down under a recorded arm.
+find their own: quaternion geometry also covers girdles turned under a recorded arm.
 
 Letters: F recorded frames, P drawn poses. A pose has the thirteen numbers of ``rotations``.
 """
@@ -17,8 +17,8 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.participant import Participant
 from scapulohumeral.model.rotations import (
     Array,
+    girdle_turned,
     pose_to_trial,
-    quaternion_conjugate,
     quaternion_multiply,
     rotation_vector_to_quaternion,
     trial_to_pose,
@@ -37,17 +37,24 @@ class Region:
     margin_deg : largest turn of any joint
     scapula_turn_deg : lowest and highest turn of the scapula about its own z axis, upward positive,
         under the recorded humerus
+    girdle_turn_deg : largest turn, under the recorded humerus, of the clavicle about any axis, and
+        of the scapula about any axis in the plane of its own x and y (tilt, internal rotation)
     """
 
     margin_deg: float
     scapula_turn_deg: tuple[float, float] = (0.0, 0.0)
+    girdle_turn_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse an interval that leaves the recorded scapula out."""
+        """Refuse an interval that leaves the recorded scapula out, and impossible turns."""
         low, high = self.scapula_turn_deg
         if not -90.0 <= low <= 0.0 <= high <= 90.0:
             raise ConfigError(
                 f"scapula_turn_deg {low} to {high}; expected an interval around 0 within 90 deg"
+            )
+        if not 0.0 <= self.girdle_turn_deg <= 90.0:
+            raise ConfigError(
+                f"girdle_turn_deg {self.girdle_turn_deg}; expected 0 to 90 deg. Recommended: 20."
             )
 
 
@@ -126,10 +133,15 @@ def draw_poses(
     """
     recorded = np.asarray(recorded, float)
     low, high = np.deg2rad(region.scapula_turn_deg)
+    girdle = np.deg2rad(region.girdle_turn_deg)
 
     def turned(margin: float) -> Array:
         poses = recorded[rng.integers(len(recorded), size=count)]
-        return _turned(_under_arm(poses, rng.uniform(low, high, count)), margin, rng)
+        scapula = np.zeros((count, 3))
+        scapula[:, :2] = girdle * _uniform_in_ball(count, rng, 2)
+        scapula[:, 2] = rng.uniform(low, high, count)
+        clavicle = girdle * _uniform_in_ball(count, rng)
+        return _turned(girdle_turned(poses, clavicle, scapula), margin, rng)
 
     return _draw(turned, region.margin_deg, count, accept)
 
@@ -194,20 +206,6 @@ def _draw(
     return np.concatenate(drawn)[:count]
 
 
-def _under_arm(poses: Array, upward: Array) -> Array:
-    """Poses (P, 13) with the scapula turned by angles (P,) [rad] under clavicle and arm."""
-    clavicle = poses[:, 0:4]
-    scapula = quaternion_multiply(clavicle, poses[:, 4:8])
-    humerus = quaternion_multiply(scapula, poses[:, 8:12])
-    turn = np.zeros((len(poses), 3))
-    turn[:, 2] = upward
-    scapula = quaternion_multiply(scapula, rotation_vector_to_quaternion(turn))
-    moved = poses.copy()
-    moved[:, 4:8] = quaternion_multiply(quaternion_conjugate(clavicle), scapula)
-    moved[:, 8:12] = quaternion_multiply(quaternion_conjugate(scapula), humerus)
-    return moved
-
-
 def _turned(poses: Array, margin: float, rng: np.random.Generator) -> Array:
     """Poses (P, 13), every joint turned at random by up to a margin [rad]; scalar parts >= 0."""
     count, poses = len(poses), poses.copy()
@@ -219,8 +217,8 @@ def _turned(poses: Array, margin: float, rng: np.random.Generator) -> Array:
     return poses
 
 
-def _uniform_in_ball(count: int, rng: np.random.Generator) -> Array:
-    """Vectors, shape (P, 3), uniform in the unit ball."""
-    direction = rng.normal(size=(count, 3))
+def _uniform_in_ball(count: int, rng: np.random.Generator, axes: int = 3) -> Array:
+    """Vectors, shape (P, axes), uniform in the unit ball, or in the unit disc if there are two."""
+    direction = rng.normal(size=(count, axes))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return direction * np.cbrt(rng.uniform(size=(count, 1)))
+    return direction * rng.uniform(size=(count, 1)) ** (1.0 / axes)

@@ -16,9 +16,17 @@ import numpy as np
 
 from scapulohumeral.model.constants import Vector3
 from scapulohumeral.model.record import ModelRecord, WrapRecord
-from scapulohumeral.model.rotations import Array, quaternion_to_matrix
+from scapulohumeral.model.rotations import (
+    Array,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_matrix,
+    rotation_vector_to_quaternion,
+)
 
 Frame = tuple[Array, Array]
+# Long axis of the thorax in its own axes.
+UPWARD = (0.0, 1.0, 0.0)
 # Joint, segment that it moves, and where its quaternion begins in a pose.
 CHAIN = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
 
@@ -84,3 +92,22 @@ def is_clear(record: ModelRecord, poses: Array, clearance: float = 0.0) -> np.nd
     """
     levels = attachment_levels(record, poses)
     return np.all([level > clearance for level in levels.values()], axis=0)
+
+
+def arm_hanging(poses: Array) -> Array:
+    """Poses (P, 13) whose arm hangs straight down: turned there by the shortest way.
+
+    Clavicle and scapula stay, the long axis of the humerus becomes that of the thorax.
+    """
+    scapula = quaternion_multiply(poses[:, 0:4], poses[:, 4:8])
+    humerus = quaternion_multiply(scapula, poses[:, 8:12])
+    long_axis = quaternion_to_matrix(humerus)[:, :, 1]
+    axis = np.cross(long_axis, UPWARD)
+    sine = np.linalg.norm(axis, axis=1, keepdims=True)
+    angle = np.arctan2(sine, long_axis[:, 1:2])
+    turn = rotation_vector_to_quaternion(angle * axis / np.maximum(sine, np.finfo(float).tiny))
+    hanging = poses.copy()
+    hanging[:, 8:12] = quaternion_multiply(
+        quaternion_conjugate(scapula), quaternion_multiply(turn, humerus)
+    )
+    return hanging

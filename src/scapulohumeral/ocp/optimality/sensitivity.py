@@ -10,7 +10,7 @@ active or inactive. A barrier target (:class:`SolverSettings`) smooths such boun
 elevation, 1e-6 raises the objective by 0.3 %, 1e-5 by 3 %, 1e-4 by 31 %, and warm solves for nearby
 parameters take 3 iterations at 1e-5 instead of 19.
 
-Letters: n unknowns, m constraints, P parameters, K outputs.
+Letters: n unknowns, m constraints, P parameters.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from scapulohumeral.errors import SolveError
 from scapulohumeral.ocp.objective import Objective
 from scapulohumeral.ocp.optimality.kkt import KktSystem
 from scapulohumeral.ocp.problem import Problem
@@ -102,50 +101,6 @@ def sensitivity(kkt: KktSystem, derivatives: np.ndarray) -> Sensitivity:
     """Derivatives of the solution from those of the conditions (n + m, P)."""
     steps = kkt.solve(-derivatives)
     return Sensitivity(steps[: kkt.unknowns], steps[kkt.unknowns :])
-
-
-def adjoint(kkt: KktSystem, derivatives: np.ndarray, outputs: np.ndarray) -> np.ndarray:
-    """Derivatives of K outputs by P parameters, (K, P), with one back-substitution per output.
-
-    Parameters
-    ----------
-    kkt, derivatives : as for :func:`sensitivity`
-    outputs : gradients (n, K) of the outputs by the unknowns
-    """
-    right = np.zeros((kkt.factors.order, outputs.shape[1]))
-    right[: kkt.unknowns] = outputs
-    return -kkt.solve(right).T @ derivatives
-
-
-def covariance(kkt: KktSystem, indices: np.ndarray) -> np.ndarray:
-    """Block (P, P) of the inverse of the KKT matrix for some unknowns.
-
-    It is the posterior covariance of these unknowns if the objective is a negative log posterior
-    (Laplace approximation); an unknown at an active bound has next to no variance.
-    """
-    right = np.zeros((kkt.factors.order, len(indices)))
-    right[indices, np.arange(len(indices))] = 1.0
-    block = kkt.solve(right)[indices]
-    return (block + block.T) / 2
-
-
-def reduced_hessian(kkt: KktSystem, indices: np.ndarray) -> np.ndarray:
-    """Hessian (P, P) of the optimal value as a function of some unknowns, all others optimal.
-
-    It is the Schur complement of the KKT matrix onto these unknowns.
-
-    Raises
-    ------
-    SolveError
-        If one of the unknowns cannot move, so that the value has no curvature along it.
-    """
-    block = covariance(kkt, indices)
-    if np.linalg.matrix_rank(block, hermitian=True) < len(indices):
-        raise SolveError(
-            f"unknowns {np.asarray(indices).tolist()}: the constraints or bounds leave them no "
-            "freedom of their own; leave the fixed or dependent ones out"
-        )
-    return np.linalg.inv(block)
 
 
 def _conditions(point: Start, changed: Variant) -> np.ndarray:

@@ -294,6 +294,8 @@ def _common(mode: str, settings: SolverSettings) -> dict:
         "mumps_pivot_order": METIS,
         # A permutation for large diagonal entries fills the factors by a tenth to a half more.
         "mumps_permuting_scaling": 0,
+        # Steps are refined where their residual is too large, and not once for nothing.
+        "min_refinement_steps": 0,
         "tol": settings.tolerance,
         "constr_viol_tol": settings.tolerance,
         "mu_target": settings.barrier_target,

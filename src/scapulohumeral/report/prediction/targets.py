@@ -150,16 +150,24 @@ def _of(table: pd.DataFrame, **values: str) -> pd.DataFrame:
 
 
 def _at_most(name: str, rows: pd.DataFrame, column: str, limit: float, unit: str) -> Verdict:
+    """Largest size of a column; a solved motion without such a value is named and left out."""
     target = f"≤ {limit:g}{unit}"
-    if rows.empty or column not in rows or rows[column].isna().any():
+    solved = not rows.empty and column in rows and bool((rows.status == "optimal").all())
+    known = rows[rows[column].notna()] if solved else rows
+    if not solved or known.empty:
         return Verdict(name, NOTHING, target, holds=False)
-    sizes = rows[column].abs()
+    sizes = known[column].abs()
     worse = tuple(
-        f"{plane} {value:+.3g}{unit}"
-        for plane, value, size in zip(rows.plane, rows[column], sizes, strict=True)
-        if size > limit
+        f"{_place(row)} {getattr(row, column):+.3g}{unit}"
+        for row in known[sizes > limit].itertuples()
     )
-    return Verdict(name, f"{sizes.max():.3g}{unit}", target, not worse, worse)
+    without = ", ".join(_place(row) for row in rows[rows[column].isna()].itertuples())
+    note = f" (no such value: {without})" if without else ""
+    return Verdict(name, f"{sizes.max():.3g}{unit}{note}", target, not worse, worse)
+
+
+def _place(row: Any) -> str:
+    return f"{row.participant} {row.plane}"
 
 
 def _outside(name: str, rows: pd.DataFrame, limits: Mapping[str, Any]) -> Verdict:

@@ -19,46 +19,45 @@ from scapulohumeral.stages.peers.limited import Notes
 RESERVE_NM = 10.0
 
 
-def moco_inverse(model: Path, states: Path, step: float) -> Callable[[Notes], None]:
-    """Work that finds the excitations of a prescribed motion.
+def moco_solve(name: str, model: Path, states: Path, step: float) -> Callable[[Notes], None]:
+    """Work that finds the excitations of a motion by one of Moco's tools.
 
     Parameters
     ----------
-    model : .osim file; states : .sto file of the tracked motion; step : mesh interval [s]
+    name : key of :data:`TOOLS`; model : .osim file; states : .sto file of the tracked motion
+    step : mesh interval [s]
     """
-
-    model, states = model.resolve(), states.resolve()
+    make, model, states = TOOLS[name], model.resolve(), states.resolve()
 
     def work(notes: Notes) -> None:
-        inverse = opensim.MocoInverse()
-        inverse.setKinematics(opensim.TableProcessor(str(states)))
-        inverse.set_kinematics_allow_extra_columns(True)
-        _solve(inverse, model, states, step, notes)
+        _solve(make(opensim.TableProcessor(str(states))), model, states, step, notes)
 
     return work
 
 
-def moco_track(model: Path, states: Path, step: float) -> Callable[[Notes], None]:
-    """Work that tracks a motion; arguments as of :func:`moco_inverse`."""
-
-    model, states = model.resolve(), states.resolve()
-
-    def work(notes: Notes) -> None:
-        track = opensim.MocoTrack()
-        track.setStatesReference(opensim.TableProcessor(str(states)))
-        track.set_allow_unused_references(True)
-        _solve(track, model, states, step, notes)
-
-    return work
+def _inverse(motion: opensim.TableProcessor) -> opensim.MocoInverse:
+    """Prescribes a motion."""
+    tool = opensim.MocoInverse()
+    tool.setKinematics(motion)
+    tool.set_kinematics_allow_extra_columns(True)
+    return tool
 
 
-def _solve(
-    tool: opensim.MocoInverse | opensim.MocoTrack,
-    model: Path,
-    states: Path,
-    step: float,
-    notes: Notes,
-) -> None:
+def _track(motion: opensim.TableProcessor) -> opensim.MocoTrack:
+    """Tracks a motion."""
+    tool = opensim.MocoTrack()
+    tool.setStatesReference(motion)
+    tool.set_allow_unused_references(True)
+    return tool
+
+
+TOOLS: dict[str, Callable[[opensim.TableProcessor], opensim.MocoTool]] = {
+    "inverse": _inverse,
+    "track": _track,
+}
+
+
+def _solve(tool: opensim.MocoTool, model: Path, states: Path, step: float, notes: Notes) -> None:
     begin = time.process_time()
     # One thread, as the other peers.
     os.environ["OPENSIM_MOCO_PARALLEL"] = "0"

@@ -19,6 +19,8 @@ from scapulohumeral.gap.recording.case import (
     ScaledModel,
     make_case,
 )
+from scapulohumeral.gap.recording.movement_window import smoothed
+from scapulohumeral.model.motion import Motion
 
 pytestmark = pytest.mark.unit
 
@@ -39,7 +41,10 @@ def trial(
     values = (1.0 if gain is None else gain) * burst + 0.002 * rng.normal()
     emg = EmgSeries(TIME, CHANNELS, np.abs(values))
     window = (0.0, 3.0)
-    return GapTrial(f"t{number}", "frontal", number, TIME, angles, emg, None, window, Path("t"))
+    smooth = smoothed(Motion(TIME, angles))
+    return GapTrial(
+        f"t{number}", "frontal", number, TIME, angles, smooth, emg, None, window, Path("t")
+    )
 
 
 def case(channels: bool = True, reference: bool = True, **changes) -> Case:

@@ -44,8 +44,12 @@ def records(rng, counts, shift=0.0):
         {task: [trial(rng, off) for _ in range(both[side])] for task, both in counts.items()}
         for side, off in enumerate((shift, 0.0))
     )
-    anchors = {task: mean(trials) for task, trials in (reference if reference else test).items()}
-    return Records(test, reference, anchors, SensorSetup(CHANNELS, np.eye(2), False), NAMES)
+    mean_records = {
+        task: mean(trials) for task, trials in (reference if reference else test).items()
+    }
+    return Records(
+        test, reference, mean_records, SensorSetup(CHANNELS, np.eye(2), False), NAMES, True
+    )
 
 
 def residual(tasks):
@@ -189,8 +193,8 @@ def test_the_first_arrangement_is_the_recorded_one():
     there = residual(some.test)
     expected = there.compress(
         [
-            np.mean([difference(one, some.anchors[task]) for one in some.test[task]], 0)
-            - np.mean([difference(one, some.anchors[task]) for one in some.reference[task]], 0)
+            np.mean([difference(one, some.mean_records[task]) for one in some.test[task]], 0)
+            - np.mean([difference(one, some.mean_records[task]) for one in some.reference[task]], 0)
             for task in ("a", "b")
         ]
     )

@@ -105,12 +105,14 @@ def test_the_same_seed_gives_the_same_interval():
 
 
 def test_sides_hold_the_trials_of_the_tasks_compared():
-    """By task, relative to its anchor; a task that is not compared is left out."""
+    """By task, relative to its mean record; a task that is not compared is left out."""
     peaks = {"a": (1.2, 1.3, 1.4), "b": (1.0, 1.1), "c": (1.0, 1.5)}
     test = {task: [small_record(peak) for peak in heights] for task, heights in peaks.items()}
     reference = {task: [small_record(1.0), small_record(1.05)] for task in peaks}
-    anchors = {task: mean(trials) for task, trials in reference.items()}
-    records = Records(test, reference, anchors, SensorSetup(CHANNELS, np.eye(2), False), NAMES)
+    mean_records = {task: mean(trials) for task, trials in reference.items()}
+    records = Records(
+        test, reference, mean_records, SensorSetup(CHANNELS, np.eye(2), False), NAMES, True
+    )
     identity = np.eye(2 * PER_TASK)
     there = Residual(
         np.zeros(2 * PER_TASK), identity, identity, FUNCTIONS, ("a", "b"), NAMES, (5.0,) * 2
@@ -118,6 +120,6 @@ def test_sides_hold_the_trials_of_the_tasks_compared():
     first, second = sides(there, records)
     assert {task: c.shape for task, c in first.items()} == {"a": (3, PER_TASK), "b": (2, PER_TASK)}
     assert set(second) == {"a", "b"}
-    expected = there.compress([difference(test["a"][2], anchors["a"])])
+    expected = there.compress([difference(test["a"][2], mean_records["a"])])
     np.testing.assert_allclose(first["a"][2], expected)
     assert len(sides(there, replace(records, reference={}))) == 1

@@ -49,9 +49,6 @@ def test_the_size_of_a_smooth_change_is_found(size):
     assert (found.label, found.moved_deg, found.log_evidence) == (MOVED, size, -1.0)
     assert found.x[0] == pytest.approx(root_mean_square(change), rel=0.05)
     assert np.linalg.norm(found.predicted - change) < 0.35 * np.linalg.norm(change)
-    assert found.misfit == pytest.approx(1.0, abs=0.35)
-    same = residuals[0.0]
-    assert found.left == pytest.approx(np.sum(same.whiten(same.delta - found.predicted) ** 2))
 
 
 def test_the_interval_holds_the_size_as_often_as_it_says():

@@ -50,6 +50,7 @@ def bare(same=SAME, **known):
         "signatures": (),
         "unknown_inputs": SimpleNamespace(columns=COLUMNS),
         "referenced": True,
+        "of_one_person": True,
         "session_share": 1.0,
         "settings": SETTINGS,
         "known": {1.0: LOOSE, 10.0: FIRM},

@@ -47,15 +47,15 @@ def test_cost_of_a_drive_is_its_definition_up_to_a_constant():
     assert as_term(one) - as_term(other) == pytest.approx(cost(drive, one) - cost(drive, other))
 
 
-def test_a_habit_keeps_the_slope_and_nothing_of_the_curvature():
+def test_a_bias_keeps_the_slope_and_nothing_of_the_curvature():
     drive, there = a_drive(3), np.full((4, 3), 0.3)
-    habit, step = drive.habit(there), 1e-3
-    assert not habit.weight.any()
+    bias, step = drive.bias(there), 1e-3
+    assert not bias.weight.any()
     for k in range(3):
         shift = step * np.eye(3)[k]
         rise = cost(drive, there + shift) - cost(drive, there - shift)
-        assert cost(habit, there + shift) - cost(habit, there - shift) == pytest.approx(rise)
-    bend = [cost(habit, there + sign * step) - cost(habit, there) for sign in (1.0, -1.0)]
+        assert cost(bias, there + shift) - cost(bias, there - shift) == pytest.approx(rise)
+    bend = [cost(bias, there + sign * step) - cost(bias, there) for sign in (1.0, -1.0)]
     assert sum(bend) == pytest.approx(2.0 * 4 * step**2 * EFFORT.sum(), rel=1e-6)
 
 
@@ -73,7 +73,7 @@ def emg(move, point):
     return move.trajectory(point).e @ RECORDER.electrodes.T
 
 
-def test_habits_bring_the_solution_nearer_to_emg_and_leave_it_optimal(nominal):
+def test_control_bias_brings_the_solution_nearer_to_emg_and_leave_it_optimal(nominal):
     move, point = nominal
     wanted = emg(move, point) + np.array([0.10, 0.05])
     person, habitual = move.with_control_bias(point, wanted, RECORDER.electrodes, 200)

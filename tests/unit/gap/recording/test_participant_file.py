@@ -8,7 +8,7 @@ import yaml
 from gap_files import elevation, participant_document, write_csv, write_participant
 from places import REPOSITORY
 
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import make_case
 from scapulohumeral.gap.recording.participant_file import (
     BASE_HEIGHT_M,
@@ -142,8 +142,13 @@ def test_the_file_is_found_beside_the_trials_or_above(tmp_path):
 
 
 def test_missing_file_is_told(tmp_path):
+    trial = tmp_path / "deep" / "deeper" / "a.csv"
+    with pytest.raises(DataError, match=r"a\.csv: no such file"):
+        find_participant([trial])
+    trial.parent.mkdir(parents=True)
+    trial.touch()
     with pytest.raises(ConfigError, match="--participant"):
-        find_participant([tmp_path / "deep" / "deeper" / "a.csv"])
+        find_participant([trial])
 
 
 def test_unknown_muscle_groups_are_refused(tmp_path):

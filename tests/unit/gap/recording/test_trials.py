@@ -8,7 +8,7 @@ import pytest
 from gap_files import elevation, write_csv, write_mot, write_participant
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording import case
+from scapulohumeral.gap.recording import movement_window as movement_window_module
 from scapulohumeral.gap.recording.case import case_hash, make_case
 from scapulohumeral.gap.recording.movement_window import (
     humerothoracic_speed,
@@ -25,6 +25,7 @@ from scapulohumeral.gap.recording.trials import (
 )
 from scapulohumeral.model.motion import ANGLE_COLUMNS, Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES
+from scapulohumeral.model.smoothing import smooth_recording
 
 pytestmark = pytest.mark.unit
 
@@ -88,12 +89,31 @@ def test_companions_listed_as_trials_are_left_out(tmp_path):
     assert "read with a.csv" in notes[0]
 
 
+def smooth_motion(table):
+    angles = np.deg2rad(table[list(ANGLE_NAMES)].to_numpy())
+    return smoothed(Motion(table["time"].to_numpy(), angles))
+
+
+def test_a_trial_is_smoothed_once(tmp_path, monkeypatch):
+    filtered = []
+
+    def counted(motion, cutoff_hz):
+        filtered.append(cutoff_hz)
+        return smooth_recording(motion, cutoff_hz)
+
+    monkeypatch.setattr(movement_window_module, "smooth_recording", counted)
+    trial = read(write_csv(elevation(100.0), tmp_path / "a.csv"))
+    times, angles = trial.moved(21)
+    assert (times[0], times[-1]) == trial.window_s
+    assert angles.shape == (21, 10)
+    assert len(filtered) == 1
+    np.testing.assert_allclose(trial.smooth.angles_rad, trial.angles_rad, atol=np.deg2rad(0.5))
+
+
 @pytest.mark.parametrize("rate_hz", [12.0, 33.3, 100.0, 1000.0])
 def test_movement_window_does_not_depend_on_sampling_rate(rate_hz):
     table = elevation(rate_hz)
-    start, end = movement_window(
-        table["time"].to_numpy(), np.deg2rad(table[list(ANGLE_NAMES)].to_numpy())
-    )
+    start, end = movement_window(smooth_motion(table))
     # Speed of the smooth step is 30 x^2 (1 - x)^2, 5 % of its peak at x = 0.0591 of 2 s.
     tolerance = 0.02 + 1.0 / rate_hz
     assert start == pytest.approx(0.5 + 2.0 * 0.0591, abs=tolerance)
@@ -114,13 +134,12 @@ def test_noise_at_rest_is_no_movement():
     time = table["time"].to_numpy()
     raw = humerothoracic_speed(Motion(time, noisy))
     assert (raw[:20] > 0.05 * raw.max()).any()
-    assert movement_window(time, noisy)[0] > 0.5
+    assert movement_window(smoothed(Motion(time, noisy)))[0] > 0.5
 
 
 def test_a_held_posture_counts_in_full():
     table = elevation(peak_deg=0.0)
-    angles = np.deg2rad(table[list(ANGLE_NAMES)].to_numpy())
-    assert movement_window(table["time"].to_numpy(), angles) == pytest.approx((0.0, 3.0))
+    assert movement_window(smooth_motion(table)) == pytest.approx((0.0, 3.0))
 
 
 def test_smoothing_leaves_a_slow_movement_and_uneven_steps_alone():
@@ -130,17 +149,6 @@ def test_smoothing_leaves_a_slow_movement_and_uneven_steps_alone():
     time = table["time"].to_numpy()[keep]
     motion = Motion(time, np.deg2rad(table[list(ANGLE_NAMES)].to_numpy())[keep])
     np.testing.assert_allclose(smoothed(motion).angles_rad, motion.angles_rad, atol=np.deg2rad(0.3))
-
-
-def test_trial_is_smoothed_once_for_all_who_ask(tmp_path, monkeypatch):
-    trial, _ = read_trial(write_csv(elevation(), tmp_path / "a_r1.csv"), TrialEntry())
-    runs = []
-    monkeypatch.setattr(case, "smoothed", lambda motion: runs.append(motion) or motion)
-    times, angles = trial.moved(21)
-    assert (times[0], times[-1]) == trial.window_s
-    assert angles.shape == (21, 10)
-    trial.moved(101)
-    assert len(runs) == 1
 
 
 def test_window_of_the_participant_file_wins(tmp_path):

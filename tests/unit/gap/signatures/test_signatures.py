@@ -10,6 +10,7 @@ from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import EmgSeries, GapTrial
+from scapulohumeral.gap.recording.movement_window import smoothed
 from scapulohumeral.gap.recording.observables import (
     JOINT_QUATERNIONS,
     KINEMATIC_CHANNELS,
@@ -26,6 +27,7 @@ from scapulohumeral.gap.recording.observables import (
 from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records, unmeasured_records
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import pose_to_trial, relative_angle, trial_to_pose
 
 pytestmark = pytest.mark.unit
@@ -130,7 +132,7 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
     wrong, followed = np.full((1, 2, 3), 5.0), np.full((1, 2, 3), 4.0)
     none = np.zeros(0)
     of_task = TaskSignatures(
-        task="t", anchor=small_record(), nominal=small_record(), point=local.point,
+        task="t", mean_record=small_record(), nominal=small_record(), point=local.point,
         effects=((wrong,), (2.0 * wrong,)), intended=none, posture=none, session=wrong,
         followed=(followed,),
         followed_session=0.5 * followed,
@@ -180,7 +182,8 @@ def test_record_does_not_depend_on_the_sampling_rate(rate_hz, tmp_path):
     angles = np.tile([-0.4, 0.1, 0.2, 0.8, 0.05, 0.0, 0.2, 0.4, 0.3, 0.3], (len(time), 1))
     angles[:, 9] += 0.3 * time
     emg = EmgSeries(time, ("EMG_a",), 0.1 * time[:, None])
-    trial = GapTrial("x", "t", 1, time, angles, emg, None, (0.5, 2.5), tmp_path)
+    smooth = smoothed(Motion(time, angles))
+    trial = GapTrial("x", "t", 1, time, angles, smooth, emg, None, (0.5, 2.5), tmp_path)
     record = recorded(trial, ("EMG_a",), False, 21)
     expected = np.linspace(0.5, 2.5, 21)
     assert record.duration_s == 2.0

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from skeleton import joint, muscle, skeleton_record, surface
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_angles, draw_poses
 from scapulohumeral.model.muscle_paths.thorax_clearance import (
+    arm_hanging,
     attachment_levels,
     is_clear,
     segment_frames,
@@ -61,9 +63,41 @@ def test_scapula_turns_under_the_arm():
     np.testing.assert_allclose(relative_angle(humerus, IDENTITY[:4]), 0.0, atol=1e-7)
 
 
+def test_clavicle_and_scapula_turn_under_the_arm():
+    region = Region(0.0, (-30.0, 30.0), 20.0)
+    poses = draw_poses(REST, region, 4000, np.random.default_rng(1))
+    turn = np.rad2deg(relative_angle(poses[:, 0:4], IDENTITY[:4]))
+    assert 19.5 < turn.max() <= 20.0 + 1e-9
+    axes = poses[:, 1:4] / np.linalg.norm(poses[:, 1:4], axis=1, keepdims=True)
+    np.testing.assert_allclose(axes.mean(axis=0), 0.0, atol=0.03)
+    scapula = quaternion_multiply(poses[:, 0:4], poses[:, 4:8])
+    vectors = np.rad2deg(Rotation.from_quat(scapula, scalar_first=True).as_rotvec())
+    assert 19.5 < np.hypot(vectors[:, 0], vectors[:, 1]).max() <= 20.0 + 1e-9
+    assert -30.0 <= vectors[:, 2].min() < -29.0
+    assert 29.0 < vectors[:, 2].max() <= 30.0
+    # Turns of clavicle and scapula have nothing to do with each other.
+    np.testing.assert_allclose(np.corrcoef(vectors.T, poses[:, 1:4].T)[:3, 3:], 0.0, atol=0.05)
+    humerus = quaternion_multiply(scapula, poses[:, 8:12])
+    np.testing.assert_allclose(relative_angle(humerus, IDENTITY[:4]), 0.0, atol=1e-7)
+
+
 def test_region_without_the_recorded_scapula_is_refused():
     with pytest.raises(ConfigError, match="interval around 0"):
         Region(10.0, (5.0, 20.0))
+    with pytest.raises(ConfigError, match="girdle_turn_deg -1"):
+        Region(10.0, girdle_turn_deg=-1.0)
+
+
+def test_hanging_arm_points_down_from_the_same_girdle():
+    raised = draw_poses(REST, Region(60.0), 50, np.random.default_rng(1))
+    hanging = arm_hanging(raised)
+    np.testing.assert_array_equal(hanging[:, [*range(8), 12]], raised[:, [*range(8), 12]])
+    axes = [segment_frames(RECORD, poses)["humerus_r"][1][:, :, 1] for poses in (raised, hanging)]
+    np.testing.assert_allclose(axes[1], np.tile([0.0, 1.0, 0.0], (50, 1)), atol=1e-12)
+    # The shortest way: as far as the arm was raised.
+    way = relative_angle(raised[:, 8:12], hanging[:, 8:12])
+    np.testing.assert_allclose(way, np.arccos(axes[0][:, 1]), atol=1e-6)
+    np.testing.assert_allclose(arm_hanging(hanging), hanging, atol=1e-12)
 
 
 def test_quaternions_are_normalised_and_scalar_part_is_not_negative():

@@ -37,8 +37,8 @@ def start(family):
     return Start(problem.layout.join(cold_guess(problem, NODES)))
 
 
-def test_meshes_are_a_quarter_and_a_half_unless_that_is_too_few():
-    assert coarse_nodes(81) == (21, 41)
+def test_the_mesh_on_the_way_has_a_quarter_or_a_half_of_the_intervals():
+    assert coarse_nodes(81) == (21,)
     assert coarse_nodes(41) == (21,)
     assert coarse_nodes(21) == ()
 
@@ -86,6 +86,13 @@ def test_same_solution_as_on_one_mesh(family, start, tmp_path):
     nodes = [json.loads(line)["nodes"] for line in log.read_text().splitlines()]
     assert list(dict.fromkeys(nodes)) == [5, 9, NODES]
     assert result.iterations == len(nodes) - 4  # two phases on the coarsest mesh
+
+
+def test_multipliers_of_a_neighbour_are_not_taken(family, start):
+    neighbour = solve(lambda mode: family(NODES, mode), start, replace(SETTINGS, coarse=()))
+    result = solve_coarse_to_fine(family, NODES, neighbour.point, SETTINGS)
+    assert result.history[0]["phase"] == "gauss-newton"
+    assert result.objective == pytest.approx(neighbour.objective, rel=1e-5)
 
 
 def test_a_coarse_mesh_that_fails_leaves_the_problem_to_its_own_mesh(family, start, tmp_path):

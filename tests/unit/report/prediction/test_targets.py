@@ -134,6 +134,19 @@ def test_falls_have_a_sign_and_two_sides():
     assert all("fall of peak" in name for name in missed)
 
 
+def test_an_arm_that_never_hangs_is_named_and_does_not_hide_the_others():
+    limits = {**TARGETS["joint_force"], "rest_percent_bw": 10.0}
+    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
+    table.loc[1, "gh_force_rest_bw"] = float("nan")
+    first = next(force_verdicts(limits, table))
+    assert first.holds
+    assert "par1 scapular" in first.value
+    table.loc[0, "gh_force_rest_bw"] = 12.0
+    assert not next(force_verdicts(limits, table)).holds
+    table.loc[1, "status"] = "failed"
+    assert next(force_verdicts(limits, table)).value == "no prediction"
+
+
 def test_joint_force_is_judged_at_rest_and_against_implants():
     limits = TARGETS["joint_force"]
     table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)

@@ -1,0 +1,28 @@
+"""Folders that commands write into."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scapulohumeral.errors import ConfigError
+
+
+def make_folder(out: Path) -> None:
+    """Make a folder for results, with those above it; one that is there is kept.
+
+    Raises
+    ------
+    ConfigError                      a file is in its place, or nobody may write there
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise unwritable(out, error) from error
+
+
+def unwritable(out: Path, error: OSError) -> ConfigError:
+    """The refusal of a folder that the system would not write into."""
+    return ConfigError(
+        f"--out {out}: {error.strerror}: {error.filename}; expected a folder that can be "
+        "written into. Name another one, or remove what is in its place."
+    )

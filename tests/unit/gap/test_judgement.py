@@ -12,13 +12,13 @@ pytestmark = pytest.mark.unit
 LOAD, FRAME, SKIN = "body/hand_load", "input/frame_misalignment/humerus", "measurement/scapula_sta"
 
 
-def of_person(*recorded: str, chosen: bool = True) -> SimpleNamespace:
+def of_person(*recorded: str, one: bool = True) -> SimpleNamespace:
     """What the question needs of the evidence of a case."""
     effects = [SimpleNamespace(label=LOAD, changes_body=True)]
     effects += [SimpleNamespace(label=label, changes_body=False) for label in (FRAME, SKIN)]
     kinds = [SimpleNamespace(name=name) for name in ("kinematics", *recorded)]
     return SimpleNamespace(
-        movement_is_chosen=chosen, effects=effects, residual=SimpleNamespace(kinds=kinds)
+        of_one_person=one, effects=effects, residual=SimpleNamespace(kinds=kinds)
     )
 
 
@@ -37,4 +37,4 @@ def test_motion_alone_does_not_name_what_a_person_may_have_done(first: str, why:
     p = Posterior({first: 0.9}, none=0.1, no_gap=0.0)
     assert _untold(of_person(), p) == why
     assert _untold(of_person("emg"), p) == ""
-    assert _untold(of_person(chosen=False), p) == ""
+    assert _untold(of_person(one=False), p) == ""

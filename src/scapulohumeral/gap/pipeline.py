@@ -20,9 +20,10 @@ from scapulohumeral.gap.curve_files import (
 )
 from scapulohumeral.gap.detection import null_bank as null_bank
 from scapulohumeral.gap.detection.permutation import strongest
-from scapulohumeral.gap.detection.presence import MAX_T, difference_map, presence, shares
+from scapulohumeral.gap.detection.presence import difference_map, presence, shares
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
+from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import read_records

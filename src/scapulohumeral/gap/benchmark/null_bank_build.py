@@ -15,8 +15,9 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.detection.null_bank import NullCase, Probe, write_bank
-from scapulohumeral.gap.detection.presence import MAX_T, difference_map, presence, shares
+from scapulohumeral.gap.detection.presence import difference_map, presence, shares
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
+from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import (
     ModelSettings,
     ParticipantModel,

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.gap.detection.shaped import shaped
+from scapulohumeral.gap.labels import GLR, MAX_T, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 
 DRAWS = 2000
-# The tests, and their shares of the false alarms.
-ON_RECORD, MAX_T, GLR = "on_record", "max_t", "glr"
+# Shares of the false alarms that tests have.
 SHARES = {ON_RECORD: 0.5, MAX_T: 0.25, GLR: 0.25}
 
 

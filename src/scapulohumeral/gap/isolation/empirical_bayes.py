@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from scapulohumeral.gap.detection.presence import GLR, ON_RECORD
 from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
@@ -24,7 +23,7 @@ from scapulohumeral.gap.isolation.suppositions import (
     integrated,
     log_weight_of_size,
 )
-from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.labels import GLR, MOVED, NO_GAP, NONE, ON_RECORD
 from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.noise import Noise, smooth_share, total_covariance

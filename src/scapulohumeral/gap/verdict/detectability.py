@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
-from scapulohumeral.gap.detection.presence import GLR, ON_RECORD
 from scapulohumeral.gap.detection.shaped import LEAST_P, scales
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (

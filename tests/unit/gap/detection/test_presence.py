@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 
 from scapulohumeral.gap.detection.presence import (
-    GLR,
-    MAX_T,
-    ON_RECORD,
     Presence,
     difference_map,
     presence,
@@ -18,6 +15,7 @@ from scapulohumeral.gap.detection.presence import (
     z_values,
 )
 from scapulohumeral.gap.detection.shaped import shaped, steadied
+from scapulohumeral.gap.labels import GLR, MAX_T, ON_RECORD
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual

@@ -25,7 +25,7 @@ FRAMES = "input/frame_misalignment"
 
 # Between the two effects of a pair.
 JOIN = " + "
-# Tests for a gap: shapes of effects on the record of motion, single channels, shapes of all effects.
+# Tests for a gap: shapes of effects on the record, single channels, shapes of all effects.
 ON_RECORD, MAX_T, GLR = "on_record", "max_t", "glr"
 # Folder of the tables behind the figures, beside the answer.
 CURVES = "curves"

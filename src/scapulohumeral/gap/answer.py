@@ -200,7 +200,10 @@ def _gap(found: Findings) -> Gap:
         size=gap_size(c, sides(c, records), found.case.seed),
         no_cost=no_cost(evidence.signatures, emg, records.sensors),
         smallest_detectable=detectability.smallest_detectable(
-            list(evidence.known.values())[-1], evidence.cautious, is_there.effect_threshold
+            list(evidence.known.values())[-1],
+            evidence.cautious,
+            is_there.shape_thresholds,
+            found.case.seed,
         ),
     )
 

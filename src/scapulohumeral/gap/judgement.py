@@ -15,7 +15,7 @@ from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
-from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
@@ -37,6 +37,10 @@ TELLING = ("emg", "contact_force")
 NOTHING_HELD_OUT = (
     "no cause can be proven: there is no trial or task to leave out, or over all channels the gap "
     "there hardly exceeds what differs without a cause"
+)
+NO_POSTURE_TOLD = (
+    "motion alone cannot tell a turned segment frame from a posture held differently by as much in "
+    "all tasks. Record EMG or joint force, or a pose that another device measures"
 )
 NOT_TOLD = (
     "motion alone cannot tell another movement from what acts on the body: people keep a movement "
@@ -94,7 +98,8 @@ def judge(
     undecided = ""
     if present:
         undecided = _unproven(explained, agreement) or _untold(evidence, p)
-        p = p.doubted(best.label) if undecided else p
+        rival = MOVED if undecided == NO_POSTURE_TOLD else NONE
+        p = p.doubted(best.label, rival) if undecided else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -202,8 +207,10 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     if not evidence.of_one_person or motion_is_told(evidence):
         return ""
     acting = {e.label for e in evidence.effects if e.changes_body}
-    first = p.first.split(" + ")
-    return NOT_TOLD if p.first == MOVED or acting & set(first) else ""
+    first = set(p.first.split(JOIN))
+    if p.first == MOVED or acting & first:
+        return NOT_TOLD
+    return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
 
 
 def motion_is_told(evidence: Evidence) -> bool:

@@ -19,9 +19,13 @@ def matches(label: str, truth: str) -> bool:
 NONE, NO_GAP = "none", "no_gap"
 # The movement was done differently: no cause that acts on body or record.
 MOVED = "control/movement_strategy"
+# A segment frame turned by as much in all tasks, and members of the family by segment.
+FRAMES = "input/frame_misalignment"
 
 
 # Between the two effects of a pair.
 JOIN = " + "
+# Tests for a gap: shapes of effects on the record, single channels, shapes of all effects.
+ON_RECORD, MAX_T, GLR = "on_record", "max_t", "glr"
 # Folder of the tables behind the figures, beside the answer.
 CURVES = "curves"

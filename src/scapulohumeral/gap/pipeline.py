@@ -19,10 +19,11 @@ from scapulohumeral.gap.curve_files import (
     table_of,
 )
 from scapulohumeral.gap.detection import null_bank as null_bank
-from scapulohumeral.gap.detection.permutation import exchangeable
-from scapulohumeral.gap.detection.presence import difference_map, presence
+from scapulohumeral.gap.detection.permutation import strongest
+from scapulohumeral.gap.detection.presence import difference_map, presence, shares
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
+from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import read_records
@@ -74,10 +75,10 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     warnings += [*filter(None, [reason]), remark]
     settings = _for_emg_unit(settings, case, warnings)
     evidence = assemble(case, records, model, settings, warnings)
-    found = difference_map(evidence.cautious, settings.alpha / 2.0, inflation, case.seed)
-    slopes = [f.hypothesis.slope for f in evidence.screened]
-    is_there = presence(evidence.cautious, found, slopes, settings.alpha, inflation, case.seed)
-    is_there = exchangeable(is_there, records, evidence.cautious, settings.alpha, case.seed)
+    shapes, alpha = evidence.shapes(), settings.alpha
+    found = difference_map(evidence.cautious, alpha * shares(shapes)[MAX_T], inflation, case.seed)
+    findings = presence(evidence.cautious, found, shapes, alpha, inflation, case.seed)
+    is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)
     if is_there.present:

@@ -11,14 +11,13 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.detection.null_bank import NullCase, Probe, write_bank
-from scapulohumeral.gap.detection.presence import difference_map, effect_shaped
+from scapulohumeral.gap.detection.presence import difference_map, presence, shares
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
+from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import (
     ModelSettings,
     ParticipantModel,
@@ -123,16 +122,15 @@ def null_cases(case: Case, model: ParticipantModel, settings: GapSettings) -> li
 def _row(
     evidence: Evidence, emg: bool, contact: bool, case: Case, settings: GapSettings
 ) -> NullCase:
-    """Both test values over their thresholds, with or without EMG and joint force."""
+    """All test values over their thresholds, with or without EMG and joint force."""
     whole = evidence.cautious
     channels = channel_names(case.channels if emg else (), contact)
     rows, part = whole.channel_rows(channels), whole.only(channels)
-    slopes = [f.hypothesis.slope[rows] for f in evidence.screened]
-    found = difference_map(part, settings.alpha / 2.0, 1.0, case.seed)
-    value, null = effect_shaped(part, slopes, case.seed)
-    threshold = float(np.quantile(null, 1.0 - settings.alpha / 2.0))
-    over = round(found.value / found.threshold, 4), round(value / threshold, 4)
-    return NullCase(case.mode, emg, contact, *over)
+    shapes = {name: [slope[rows] for slope in slopes] for name, slopes in evidence.shapes().items()}
+    found = difference_map(part, settings.alpha * shares(shapes)[MAX_T], 1.0, case.seed)
+    tests = presence(part, found, shapes, settings.alpha, 1.0, case.seed)
+    over = {one.statistic: round(one.value / one.threshold, 4) for one in tests}
+    return NullCase(case.mode, emg, contact, **over)
 
 
 def _shared_model(

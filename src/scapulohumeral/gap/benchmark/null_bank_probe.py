@@ -34,24 +34,26 @@ class Row:
 
     @property
     def agrees(self) -> bool:
-        """Whether both ratios are the same within the tolerance."""
+        """Whether all ratios are the same within the tolerance."""
         return self.now is not None and all(
             math.isclose(then, now, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
-            for then, now in (
-                (self.stored.max_t, self.now.max_t),
-                (self.stored.glr, self.now.glr),
-            )
+            for then, now in zip(self.stored.ratios, self.now.ratios, strict=True)
         )
 
     def __str__(self) -> str:
         """One line for the reader."""
         kind = [self.stored.mode, *(["EMG"] if self.stored.emg else [])]
         kind += ["joint force"] if self.stored.contact else []
-        now = "missing" if self.now is None else f"{self.now.max_t:.4f} {self.now.glr:.4f}"
+        then = _written(self.stored)
+        now = "missing" if self.now is None else _written(self.now)
         return (
-            f"{self.case}, {', '.join(kind)}: {self.stored.max_t:.4f} {self.stored.glr:.4f} "
-            f"in the bank, {now} now: {'agrees' if self.agrees else 'DIFFERS'}"
+            f"{self.case}, {', '.join(kind)}: {then} in the bank, {now} now: "
+            f"{'agrees' if self.agrees else 'DIFFERS'}"
         )
+
+
+def _written(row: NullCase) -> str:
+    return " ".join(f"{ratio:.4f}" for ratio in row.ratios)
 
 
 def recomputed(

@@ -10,7 +10,7 @@ Letters: D coefficients, T tasks, L trials of a task on both sides, P arrangemen
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product
 from math import comb, prod
@@ -18,16 +18,46 @@ from math import comb, prod
 import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence
+from scapulohumeral.gap.detection.shaped import closest, shaped, squares
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.residual import Residual
 
 ARRANGEMENTS = 2000
-# Sums of squares that differ by less than this share are the same.
+# Sizes that differ by less than this share of the largest are the same.
 ALIKE = 1e-9
+# Scatter of a whitened length: arrangements that a change makes as large but for it hardly differ.
+NOISE = 1.0
+
+
+def strongest(
+    findings: Sequence[Presence],
+    records: Records,
+    residual: Residual,
+    shapes: Mapping[str, Sequence[np.ndarray]],
+    alpha: float,
+    seed: int,
+) -> Presence:
+    """The surest finding of those that stand up to other arrangements of the same trials.
+
+    Parameters
+    ----------
+    findings : of all tests; shapes : what they look for, as for `presence.presence`
+    records, residual, alpha, seed : as for :func:`exchangeable`
+    """
+    judged = [
+        exchangeable(one, records, residual, shapes.get(one.statistic, ()), alpha, seed)
+        for one in findings
+    ]
+    return min(judged, key=lambda one: (not one.present, one.p_value))
 
 
 def exchangeable(
-    found: Presence, records: Records, residual: Residual, alpha: float, seed: int
+    found: Presence,
+    records: Records,
+    residual: Residual,
+    slopes: Sequence[np.ndarray],
+    alpha: float,
+    seed: int,
 ) -> Presence:
     """A finding that stands only if other arrangements of the same trials differ less.
 
@@ -39,38 +69,74 @@ def exchangeable(
     found : by thresholds simulated from the noise
     records : trials of both sides
     residual : mean difference and its covariance
+    slopes : (D, P) of the effects that the test looks for; without any, whole differences count
     alpha : false alarms allowed; seed : of arrangements, where there are too many for all
     """
     if not (found.present and records.reference):
         return found
-    lengths = _lengths(records, residual, seed)
-    same = lengths > (1.0 - ALIKE) * lengths.max()
-    if float(np.mean(same)) > alpha:
+    arranged = _arranged(records, residual, seed)
+    sizes = shaped(residual, arranged, slopes) if slopes else _lengths(residual, arranged)
+    margin = ALIKE * sizes.max()
+    least_p = float(np.mean(sizes > sizes.max() - margin))
+    if slopes:
+        least_p = max(least_p, float(np.mean(_made_as_large(records, residual, slopes, seed))))
+    if least_p > alpha:
         return found
-    p_value = float(np.mean(lengths > (1.0 - ALIKE) * lengths[0]))
+    p_value = float(np.mean(sizes > sizes[0] - margin))
     if p_value > alpha:
-        threshold = float(np.quantile(lengths, 1.0 - alpha))
-        return Presence(
-            False, p_value, "permutation", float(lengths[0]), threshold, found.effect_threshold
+        threshold = float(np.quantile(sizes, 1.0 - alpha))
+        return replace(
+            found,
+            present=False,
+            p_value=p_value,
+            statistic="permutation",
+            value=float(sizes[0]),
+            threshold=threshold,
         )
     return replace(found, p_value=max(p_value, found.p_value))
 
 
-def _lengths(records: Records, residual: Residual, seed: int) -> np.ndarray:
-    """Whitened lengths (P,) of the mean differences of all arrangements, the recorded one first.
+def _made_as_large(
+    records: Records, residual: Residual, slopes: Sequence[np.ndarray], seed: int
+) -> np.ndarray:
+    """Arrangements (P,) that the change which was found would make as large, were there no scatter.
+
+    A task that it hardly changes tells nothing, whichever of its trials change places.
+    """
+    change, basis = closest(residual, slopes)
+    arranged = _arranged(records, residual, seed, change)
+    lengths = np.linalg.norm(basis.T @ residual.whiten(arranged), axis=0)
+    return lengths > lengths[0] - NOISE
+
+
+def _lengths(residual: Residual, arranged: np.ndarray) -> np.ndarray:
+    """Whitened lengths (P,) of the mean differences of arrangements (D, P).
 
     Tasks are whitened one by one: what sessions change is alike in all of them, so that beside it
     sides that change places in one task only would look like the larger difference.
     """
-    squares, picks = [], []
+    return np.sqrt(squares(residual, arranged).sum(axis=0))
+
+
+def _arranged(
+    records: Records, residual: Residual, seed: int, change: np.ndarray | None = None
+) -> np.ndarray:
+    """Mean differences (D, P) of all arrangements, the recorded one first.
+
+    With a `change` (D,) they are those of trials of which the test ones have it, and nothing else.
+    """
+    parts, picks = [], []
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
-        own = residual.part([task])
-        white = own.whiten(own.compress([records.about_mean(task, trials)]))
-        picks.append((len(trials), len(records.test[task])))
-        squares.append(np.sum((white @ _signs(*picks[-1]).T) ** 2, axis=0))
+        tests = len(records.test[task])
+        picks.append((len(trials), tests))
+        if change is None:
+            coefficients = residual.compress([records.about_mean(task, trials)])
+        else:
+            coefficients = np.outer(change[residual.rows([task])], np.arange(len(trials)) < tests)
+        parts.append(coefficients @ _signs(*picks[-1]).T)
     which = np.array(_arrangements(picks, seed)).T
-    return np.sqrt(sum(own[chosen] for own, chosen in zip(squares, which, strict=True)))
+    return np.vstack([own[:, chosen] for own, chosen in zip(parts, which, strict=True)])
 
 
 def _signs(trials: int, tests: int) -> np.ndarray:

@@ -1,24 +1,28 @@
-"""Whether there is a gap: the largest z value of a map, or a likelihood ratio over effects.
+"""Whether there is a gap: three tests that share the false alarms, which was settled beforehand.
 
-The map is judged by its largest value (family-wise error; Nichols and Holmes 2002, Hum Brain Mapp
-15: 1-25), the effects by a generalised likelihood ratio. Both thresholds are simulated from the
-noise.
+Half is for the few effects that spoil the record of motion, because motion alone can name them. One
+test looks for their shapes; another for those of all effects, a generalised likelihood ratio; the
+third judges a map of all channels by its largest value (family-wise error; Nichols and Holmes 2002,
+Hum Brain Mapp 15: 1-25). All thresholds are simulated from the noise.
 
 Letters: N nodes, K channels, D coefficients, P parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, norm
 
+from scapulohumeral.gap.detection.shaped import shaped
+from scapulohumeral.gap.labels import GLR, MAX_T, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 
 DRAWS = 2000
+# Shares of the false alarms that tests have.
+SHARES = {ON_RECORD: 0.5, MAX_T: 0.25, GLR: 0.25}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +56,14 @@ class DifferenceMap:
 
 @dataclass(frozen=True)
 class Presence:
-    """Whether there is a gap above the floor.
+    """Whether there is a gap above the floor, by one test.
 
     Attributes
     ----------
-    p_value, statistic, value, threshold : of the test; "max_t" over channels and phases, or "glr"
-        over effects, both as z values
-    effect_threshold : from which on a difference of the shape of an effect is a gap, a z value
+    p_value, statistic, value, threshold : of the test; "max_t" over channels and phases, "glr" over
+        effects, "on_record" over those that spoil the record of motion: all of them z values. The p
+        value counts that other tests are made as well
+    shape_thresholds : of the tests for shapes, by name: z values
     """
 
     present: bool
@@ -66,7 +71,18 @@ class Presence:
     statistic: str
     value: float
     threshold: float
-    effect_threshold: float
+    shape_thresholds: Mapping[str, float]
+
+
+def shares(shapes: Mapping[str, Sequence[np.ndarray]]) -> dict[str, float]:
+    """Share of the false alarms of each test; tests without anything to look for have none.
+
+    Parameters
+    ----------
+    shapes : slopes (D, P) of the effects that tests look for, by name of the test
+    """
+    made = {name: share for name, share in SHARES.items() if name == MAX_T or shapes[name]}
+    return {name: share / sum(made.values()) for name, share in made.items()}
 
 
 def difference_map(residual: Residual, alpha: float, inflation: float, seed: int) -> DifferenceMap:
@@ -96,30 +112,35 @@ def difference_map(residual: Residual, alpha: float, inflation: float, seed: int
 def presence(
     residual: Residual,
     found: DifferenceMap,
-    slopes: Sequence[np.ndarray],
+    shapes: Mapping[str, Sequence[np.ndarray]],
     alpha: float,
     inflation: float,
     seed: int,
-) -> Presence:
-    """Whether there is a gap, by the stronger of two tests with half of the false alarms each.
-
-    One asks whether any channel stands out (`found`, at half of alpha); the other whether the whole
-    difference has the shape of any effect, which may be spread thinly over many channels.
+) -> tuple[Presence, ...]:
+    """Whether there is a gap, by each of the tests with its share of the false alarms.
 
     Parameters
     ----------
-    slopes : (D, P) of each effect
-    alpha, inflation, seed : as for :func:`shows`
+    residual : difference and noise
+    found : map of it, at the share of :data:`MAX_T`
+    shapes : slopes (D, P) of the effects that tests look for, by name of the test
+    alpha : false alarms of all tests together
+    inflation, seed : as for :func:`difference_map`
     """
-    value, null = effect_shaped(residual, slopes, seed)
-    rest = inflation * null
-    p_value = float((1 + np.sum(rest >= value)) / (1 + DRAWS))
-    threshold = float(np.quantile(rest, 1.0 - 0.5 * alpha))
-    name, own = "glr", threshold
-    if found.p_value <= p_value:
-        p_value, name, value, own = found.p_value, "max_t", found.value, found.threshold
-    p_value = min(2.0 * p_value, 1.0)
-    return Presence(p_value <= alpha, p_value, name, value, own, threshold)
+    parts = shares(shapes)
+    results = {MAX_T: (found.p_value, found.value, found.threshold)}
+    for name in set(parts) - {MAX_T}:
+        value, null = effect_shaped(residual, shapes[name], seed)
+        null = inflation * null
+        p_value = float((1 + np.sum(null >= value)) / (1 + DRAWS))
+        results[name] = p_value, value, float(np.quantile(null, 1.0 - alpha * parts[name]))
+    thresholds = {name: results[name][2] for name in parts if name != MAX_T}
+    findings = []
+    for name, part in parts.items():
+        p_value, value, threshold = results[name]
+        p_value = min(p_value / part, 1.0)
+        findings.append(Presence(p_value <= alpha, p_value, name, value, threshold, thresholds))
+    return tuple(findings)
 
 
 def effect_shaped(
@@ -131,15 +152,9 @@ def effect_shaped(
     -------
     value : of the difference; null : (draws,) without any effect
     """
-    bases = [np.linalg.qr(residual.whiten(slope))[0] for slope in slopes if np.any(slope)]
-    null = residual.whiten(draws(residual, DRAWS, seed))
-    columns = np.column_stack([residual.whiten(residual.delta), null])
-    lengths = [
-        norm.isf(np.maximum(chi2.sf(np.sum((b.T @ columns) ** 2, axis=0), b.shape[1]), 1e-300))
-        for b in bases
-    ]
-    largest = np.max(lengths, axis=0)
-    return float(largest[0]), largest[1:]
+    columns = np.column_stack([residual.delta, draws(residual, DRAWS, seed)])
+    values = shaped(residual, columns, slopes)
+    return float(values[0]), values[1:]
 
 
 def z_values(residual: Residual, vector: np.ndarray) -> tuple[np.ndarray, float]:

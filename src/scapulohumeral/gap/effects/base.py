@@ -143,6 +143,11 @@ class Effect:
         """Whether the effect needs another optimal solution, or only another record of it."""
         return type(self).apply is not Effect.apply
 
+    @property
+    def spoils_motion(self) -> bool:
+        """Whether it changes nothing but the record of the motion."""
+        return not self.changes_body and self.needs == KINEMATICS
+
     def physical(self, internal: Array) -> Array:
         """Values (P,) from the internal scale (P,)."""
         return np.array([p.physical(x) for p, x in zip(self.params, internal, strict=True)])

@@ -23,7 +23,7 @@ from scapulohumeral.gap.isolation.suppositions import (
     integrated,
     log_weight_of_size,
 )
-from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.labels import GLR, MOVED, NO_GAP, NONE, ON_RECORD
 from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.noise import Noise, smooth_share, total_covariance
@@ -98,6 +98,12 @@ class Evidence:
     def screened(self) -> list[Fit]:
         """Effects fitted to derivatives, each under its most probable supposition."""
         return integrated((f for fits in self.fits.values() for f in fits), self.suppositions)
+
+    def shapes(self) -> dict[str, list[np.ndarray]]:
+        """Slopes (D, P) of the effects that each test for a gap looks for."""
+        every = [f.hypothesis for f in self.screened]
+        spoiling = [one.slope for one in every if one.effects[0].spoils_motion]
+        return {ON_RECORD: spoiling, GLR: [one.slope for one in every]}
 
     def others(self) -> dict[str, float]:
         """Log evidence of another movement alone, of none of these, and of no gap."""

@@ -1,27 +1,35 @@
-"""The smallest amplitude of each effect that these trials would find."""
+"""The smallest amplitude of each effect that these trials would find.
+
+Letters: D coefficients, T tasks, d = D / T, P parameters, M draws of the scatter.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2, norm
+from scipy.stats import chi2, norm
 
+from scapulohumeral.gap.detection.shaped import LEAST_P, scales
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.labels import GLR, ON_RECORD
+from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (
     Detectable,
 )
 
 POWER = 0.8
+# Draws by which power is judged: it is off by 0.02.
+TRIES = 500
 # Beyond any signal of these trials: a whitened length.
 LONGEST = 1e3
 
 
 def smallest_detectable(
-    effects: Sequence[Hypothesis], residual: Residual, threshold: float
+    effects: Sequence[Hypothesis], residual: Residual, thresholds: Mapping[str, float], seed: int
 ) -> tuple[Detectable, ...]:
     """Primary amplitudes that the test for a gap would find with power 0.8.
 
@@ -29,35 +37,80 @@ def smallest_detectable(
     ----------
     effects : of a person who keeps the movement and pays with effort: who yields is found sooner
     residual : what is tested, with all that sessions may change
-    threshold : z value from which on a difference of the shape of an effect is a gap
+    thresholds : z values from which on a difference of the shape of an effect is a gap, by test
+    seed : of the scatter in which effects are looked for
 
     Notes
     -----
     Where trials are so many that permuting them is a test of its own, that one has to agree.
     """
+    scatter = _Scatter.of(residual, seed)
     rows = []
     for one in effects:
         param = one.effects[0].params[0]
-        size = float(np.linalg.norm(residual.whiten(one.slope[:, 0])))
+        looking = [GLR, ON_RECORD] if one.effects[0].spoils_motion else [GLR]
+        threshold = min(thresholds[name] for name in looking if name in thresholds)
         low, high = param.bounds
-        needed = _needed_length(one.slope.shape[1], threshold)
-        internal = needed / max(size, 1e-12) * (1.0 if high > 0.0 else -1.0)
+        internal = scatter.amplitude(one.slope, threshold) * (1.0 if high > 0.0 else -1.0)
         if low <= internal <= high:
             value = param.physical(float(internal))
             rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
     return tuple(rows)
 
 
-@cache
-def _needed_length(parameters: int, threshold: float) -> float:
-    """Whitened length of a difference whose z value exceeds a threshold with :data:`POWER`.
+@dataclass(frozen=True, eq=False)
+class _Scatter:
+    """Differences without any effect, prepared for effects to be added.
 
-    The z value of an effect with P parameters is that of a chi-square variable with as many
-    degrees of freedom.
+    Attributes
+    ----------
+    residual : covariance of the difference
+    white : (T, d, M) draws, whitened task by task
+    parts : (T, D, M) what each task contributes to the whitened whole
     """
-    least = float(chi2.isf(max(norm.sf(threshold), 1e-300), parameters))
 
-    def lacking(length: float) -> float:
-        return float(ncx2.sf(least, parameters, length**2)) - POWER
+    residual: Residual
+    white: np.ndarray
+    parts: np.ndarray
 
-    return float(brentq(lacking, 0.0, LONGEST))
+    @staticmethod
+    def of(residual: Residual, seed: int) -> _Scatter:
+        """Scatter as the thresholds of the test take it to be."""
+        found = _Scatter(residual, np.empty(0), np.empty(0))
+        return _Scatter(residual, *found.told(draws(residual, TRIES, seed)))
+
+    def told(self, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Differences (D, M) whitened task by task (T, d, M), and their parts (T, D, M)."""
+        c = self.residual
+        white, parts = [], []
+        for task in c.tasks:
+            rows = c.rows([task])
+            alone = np.zeros_like(vectors)
+            alone[rows] = vectors[rows]
+            white.append(c.part([task]).whiten(vectors[rows]))
+            parts.append(c.whiten(alone))
+        return np.array(white), np.array(parts)
+
+    def amplitude(self, slope: np.ndarray, threshold: float) -> float:
+        """First internal parameter of an effect (D, P) whose z value is found with :data:`POWER`.
+
+        Infinite if none is: the scatter is told from the same difference, and grows with it.
+        """
+        least = float(chi2.isf(max(norm.sf(threshold), LEAST_P), slope.shape[1]))
+        size = float(np.linalg.norm(self.residual.whiten(slope[:, 0])))
+        if size == 0.0:
+            return np.inf
+        basis = np.linalg.qr(self.residual.whiten(slope))[0]
+        white, parts = self.told(slope[:, :1])
+        across = np.einsum("tdm,td->tm", self.white, white[..., 0])
+        own, alone = np.sum(white**2, axis=1), np.sum(self.white**2, axis=1)
+        signal, noise = (np.einsum("Dp,tDm->tpm", basis, one) for one in (parts, self.parts))
+
+        def lacking(amplitude: float) -> float:
+            whole = alone + 2.0 * amplitude * across + amplitude**2 * own
+            over = scales(self.residual, whole)[:, None]
+            told = np.sum((noise + amplitude * signal) / over, axis=0)
+            return POWER - float(np.mean(np.sum(told**2, axis=0) > least))
+
+        highest = LONGEST / size
+        return np.inf if lacking(highest) > 0.0 else float(brentq(lacking, 0.0, highest))

@@ -58,11 +58,16 @@ class Posterior:
         """The most probable label."""
         return max(self.labels, key=lambda label: self.labels[label])
 
-    def doubted(self, label: str) -> Posterior:
-        """The same with a label at most even: what is taken from it belongs to none of these."""
+    def doubted(self, label: str, rival: str = NONE) -> Posterior:
+        """The same with a label at most even: what is taken from it belongs to its rival.
+
+        That is none of these, or a label that cannot be told from it.
+        """
         taken = max(self.labels[label] - UNPROVEN, 0.0)
         labels = {**self.labels, label: self.labels[label] - taken}
-        return replace(self, labels=labels, none=self.none + taken)
+        if rival == NONE:
+            return replace(self, labels=labels, none=self.none + taken)
+        return replace(self, labels={**labels, rival: labels[rival] + taken})
 
 
 def posterior(

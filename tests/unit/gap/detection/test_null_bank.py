@@ -27,7 +27,7 @@ pytestmark = pytest.mark.unit
 
 
 def bank(values, mode="reference", emg=False, contact=False):
-    return NullBank("h", tuple(NullCase(mode, emg, contact, 0.1, value) for value in values))
+    return NullBank("h", tuple(NullCase(mode, emg, contact, 0.1, value, 0.2) for value in values))
 
 
 def test_thresholds_are_never_lowered():
@@ -69,8 +69,8 @@ def test_bank_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "null_bank.json"
     assert read_bank(path, SETTINGS)[1].startswith("no null bank of effect-free cases")
     rows = (
-        NullCase("reference", True, False, 0.4, 0.7),
-        NullCase("no_reference", False, True, 0.2, 1.1),
+        NullCase("reference", True, False, 0.4, 0.7, 0.6),
+        NullCase("no_reference", False, True, 0.2, 1.1, 0.3),
     )
     write_bank(path, rows, SETTINGS, (STORED,))
     found, reason = read_bank(path, SETTINGS)
@@ -101,22 +101,24 @@ def test_the_committed_bank_fits_code_and_configuration(capsys):
 def probe(case, *ratios):
     kinds = (("reference", True), ("no_reference", False))
     rows = (
-        NullCase(mode, emg, False, *pair) for (mode, emg), pair in zip(kinds, ratios, strict=False)
+        NullCase(mode, emg, False, *three)
+        for (mode, emg), three in zip(kinds, ratios, strict=False)
     )
     return Probe(case, tuple(rows))
 
 
-STORED = probe("a1", (0.9, 1.2), (0.4, 0.1))
+STORED = probe("a1", (0.9, 1.2, 0.8), (0.4, 0.1, 0.6))
 
 
 @pytest.mark.parametrize(
     ("now", "agrees"),
     [
         (STORED, [True, True]),
-        (probe("a1", (0.9, 1.211), (0.4, 0.104)), [True, True]),
-        (probe("a1", (0.9, 1.22), (0.4, 0.1)), [False, True]),
-        (probe("a1", (0.9, 1.2), (0.4, 0.107)), [True, False]),
-        (probe("a1", (0.9, 1.2)), [True, False]),
+        (probe("a1", (0.9, 1.211, 0.8), (0.4, 0.104, 0.6)), [True, True]),
+        (probe("a1", (0.9, 1.22, 0.8), (0.4, 0.1, 0.6)), [False, True]),
+        (probe("a1", (0.9, 1.2, 0.82), (0.4, 0.1, 0.6)), [False, True]),
+        (probe("a1", (0.9, 1.2, 0.8), (0.4, 0.107, 0.6)), [True, False]),
+        (probe("a1", (0.9, 1.2, 0.8)), [True, False]),
     ],
 )
 def test_rows_of_a_probe_agree_within_the_tolerance(tmp_path, now, agrees):
@@ -128,12 +130,12 @@ def test_rows_of_a_probe_agree_within_the_tolerance(tmp_path, now, agrees):
 
 
 def test_probes_are_chosen_by_the_seed_and_must_be_there(tmp_path):
-    bank = NullBank("h", (), tuple(probe(name, (1.0, 1.0)) for name in "abcdefgh"))
+    bank = NullBank("h", (), tuple(probe(name, (1.0, 1.0, 1.0)) for name in "abcdefgh"))
     asked = []
 
     def computed(folder):
         asked.append(folder.name)
-        return probe(folder.name, (1.0, 1.0))
+        return probe(folder.name, (1.0, 1.0, 1.0))
 
     with pytest.raises(DataError, match="no case"):
         recomputed(bank, 3, tmp_path, computed, seed=1)
@@ -165,7 +167,7 @@ def check(stale, *more):
 def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, capsys):
     before = (stale / "null_bank.json").read_text()
     assert cli.main(["gap", "bank", "check"]) == 2
-    other = probe("a1", (0.9, 1.3), (0.4, 0.1))
+    other = probe("a1", (0.9, 1.3, 0.8), (0.4, 0.1, 0.6))
     monkeypatch.setattr(
         "scapulohumeral.gap.benchmark.null_bank_build.probe", lambda *_, **__: other
     )
@@ -181,7 +183,7 @@ def test_rows_that_agree_renew_the_hash_and_no_others_do(stale, monkeypatch, cap
 
 
 def test_probes_are_added_to_a_bank_that_fits_only(stale, monkeypatch, capsys):
-    added = probe("b2", (0.5, 0.6), (0.7, 0.8))
+    added = probe("b2", (0.5, 0.6, 0.4), (0.7, 0.8, 0.3))
     monkeypatch.setattr(
         "scapulohumeral.gap.benchmark.null_bank_build.probe", lambda *_, **__: added
     )

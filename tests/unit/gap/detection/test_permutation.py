@@ -8,7 +8,7 @@ import pytest
 from gap_movement import CHANNELS, NODES, small_record
 
 from scapulohumeral.gap.detection import permutation
-from scapulohumeral.gap.detection.permutation import exchangeable
+from scapulohumeral.gap.detection.permutation import exchangeable, strongest
 from scapulohumeral.gap.detection.presence import Presence
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.unit
 
 NAMES = (*KINEMATIC_CHANNELS, *CHANNELS)
 FUNCTIONS = phase_functions(NODES, 2)
-FOUND = Presence(True, 0.0, "glr", 9.0, 4.0, 4.0)
+FOUND = Presence(True, 0.0, "max_t", 9.0, 4.0, {})
 ALPHA = 0.05
 HEAVY = 2.0  # degrees of freedom of Student's t: not even a variance
 
@@ -63,7 +63,7 @@ def residual(tasks):
 
 
 def judged(recorded, seed=1):
-    return exchangeable(FOUND, recorded, residual(recorded.test), ALPHA, seed)
+    return exchangeable(FOUND, recorded, residual(recorded.test), (), ALPHA, seed)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_large_effect_survives_though_sessions_might_change_as_much():
         scale = np.sqrt(np.diag(there.covariance))
         session = scale[:, None] * np.tile(np.eye(len(scale) // 2), (2, 1))
         covariance = there.covariance + 100.0 * session @ session.T
-        found = exchangeable(FOUND, some, replace(there, covariance=covariance), ALPHA, 1)
+        found = exchangeable(FOUND, some, replace(there, covariance=covariance), (), ALPHA, 1)
         assert found == replace(FOUND, p_value=4.0 / 400.0)
 
 
@@ -108,7 +108,7 @@ def test_a_simulated_p_value_is_never_made_smaller():
     rng = np.random.default_rng(3)
     some = records(rng, {"a": (3, 3), "b": (3, 3)}, shift=100.0)
     weak = replace(FOUND, p_value=0.04)
-    assert exchangeable(weak, some, residual(some.test), ALPHA, 1) == weak
+    assert exchangeable(weak, some, residual(some.test), (), ALPHA, 1) == weak
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,54 @@ def test_without_reference_or_finding_nothing_is_asked():
     rng = np.random.default_rng(5)
     some = records(rng, {"a": (4, 4)})
     alone = replace(some, reference={})
-    assert exchangeable(FOUND, alone, residual("a"), ALPHA, 1) is FOUND
+    assert exchangeable(FOUND, alone, residual("a"), (), ALPHA, 1) is FOUND
     absent = replace(FOUND, present=False)
-    assert exchangeable(absent, some, residual("a"), ALPHA, 1) is absent
+    assert exchangeable(absent, some, residual("a"), (), ALPHA, 1) is absent
+
+
+def test_a_finding_by_shape_is_asked_for_its_shape():
+    """One repeat against two in three tasks: a turn of the elbow stands out from the arrangements,
+    though the whole difference, mostly scatter of EMG, does not."""
+    rng = np.random.default_rng(9)
+    some = records(rng, dict.fromkeys("abc", (1, 2)))
+    there = residual(some.test)
+    elbow = NAMES.index("EL_rx")
+    turned = {
+        task: [replace(one, pose=one.pose + 0.2 * (np.arange(13) == 12)) for one in trials]
+        for task, trials in some.test.items()
+    }
+    some = replace(some, test=turned)
+    shape = np.zeros((NODES, len(NAMES)))
+    shape[:, elbow] = 1.0
+    slope = there.compress([shape] * 3)[:, None]
+    by_shape = replace(FOUND, statistic="on_record")
+    loud = {
+        task: [replace(one, emg=one.emg + rng.normal(size=2)) for one in trials]
+        for task, trials in some.reference.items()
+    }
+    some = replace(some, reference=loud)
+    there = replace(there, delta=permutation._arranged(some, there, 1)[:, 0])
+    assert not exchangeable(FOUND, some, there, (), ALPHA, 1).present
+    found = exchangeable(by_shape, some, there, (slope,), ALPHA, 1)
+    assert found == replace(by_shape, p_value=1.0 / 27.0)
+    best = strongest((FOUND, by_shape), some, there, {"on_record": (slope,)}, ALPHA, 1)
+    assert best == found
+
+
+def test_a_task_that_the_effect_does_not_change_contradicts_nothing():
+    """A turn in two of three tasks: of nine arrangements that differ in it none is rare enough."""
+    rng = np.random.default_rng(11)
+    some = records(rng, dict.fromkeys("abc", (1, 2)))
+    there = residual(some.test)
+    shape = np.zeros((NODES, len(NAMES)))
+    shape[:, NAMES.index("EL_rx")] = 1.0
+    by_shape = replace(FOUND, statistic="on_record")
+    for changed, stands in (((1.0, 1.0, 0.0), True), ((1.0, 1.0, 1.0), False)):
+        slope = there.compress([size * shape for size in changed])[:, None]
+        # By chance the largest difference is not the recorded one.
+        delta = 8.0 * slope[:, 0] / np.linalg.norm(there.whiten(slope))
+        found = exchangeable(by_shape, some, replace(there, delta=delta), (slope,), ALPHA, 1)
+        assert found.present is stands
 
 
 def test_a_sample_of_many_arrangements_says_what_all_say(monkeypatch):
@@ -153,6 +198,6 @@ def test_the_first_arrangement_is_the_recorded_one():
             for task in ("a", "b")
         ]
     )
-    lengths = permutation._lengths(some, there, 1)
+    lengths = permutation._lengths(there, permutation._arranged(some, there, 1))
     assert len(lengths) == 100
     assert lengths[0] == pytest.approx(np.linalg.norm(there.whiten(expected)))

@@ -1,49 +1,68 @@
 """The smallest amplitude that is promised to be found is found as often as promised."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from gap_movement import SETUP
+from scipy.linalg import block_diag
 
 from scapulohumeral.gap.detection.presence import effect_shaped
+from scapulohumeral.gap.detection.shaped import shaped
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
+from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.verdict.detectability import POWER, smallest_detectable
 
 pytestmark = pytest.mark.unit
 FUNCTIONS = phase_functions(20, 4)
 SIZE = len(KINEMATIC_CHANNELS) * FUNCTIONS.shape[1]
-TRIES = 200
+TRIES = 1000
 
 
-def residual(rng: np.random.Generator) -> Residual:
-    """One task whose noise has a random covariance; degrees so many that its scale is known."""
+def residual(rng: np.random.Generator, degrees: float) -> Residual:
+    """Three tasks whose noise has a random covariance, known by so many degrees of freedom."""
     root = rng.normal(size=(SIZE, SIZE)) / np.sqrt(SIZE) + np.eye(SIZE)
-    covariance = root @ root.T
+    covariance = block_diag(*3 * [root @ root.T])
+    tasks = ("a", "b", "c")
     return Residual(
-        np.zeros(SIZE), covariance, 0.5 * covariance, FUNCTIONS, ("t",), KINEMATIC_CHANNELS, (1e6,)
-    )
+        np.zeros(3 * SIZE), covariance, 0.8 * covariance, FUNCTIONS, tasks, KINEMATIC_CHANNELS,
+        (degrees,) * 3,
+    )  # fmt: skip
 
 
-@pytest.mark.parametrize("label", ["body/hand_load", "input/frame_misalignment/humerus"])
-def test_promised_amplitude_is_found_as_often_as_promised(label: str) -> None:
+@pytest.mark.parametrize("degrees", [1e6, 4.0])
+@pytest.mark.parametrize(
+    ("label", "test"),
+    [("body/hand_load", "glr"), ("input/frame_misalignment/humerus", "on_record")],
+)
+def test_promised_amplitude_is_found_as_often_as_promised(
+    label: str, test: str, degrees: float
+) -> None:
     rng = np.random.default_rng(3)
     effect = next(e for e in library(SETUP) if e.label == label)
-    slope = rng.normal(size=(SIZE, len(effect.params)))
-    noise = residual(rng)
+    slope = rng.normal(size=(3 * SIZE, len(effect.params)))
+    noise = residual(rng, degrees)
     # So large that the amplitude lies inside the bounds of the parameter.
     slope *= 100.0 / np.linalg.norm(noise.whiten(slope[:, 0]))
-    one = Hypothesis((effect,), np.zeros(len(effect.params)), np.zeros((SIZE, 1)), slope, 1.0)
+    one = Hypothesis((effect,), np.zeros(len(effect.params)), np.zeros((3 * SIZE, 1)), slope, 1.0)
     _, null = effect_shaped(noise, [slope], 1)
     threshold = float(np.quantile(null, 0.975))
-    [promised] = smallest_detectable([one], noise, threshold)
+    others = {"glr": 2.0 * threshold, "on_record": 2.0 * threshold}
+    [promised] = smallest_detectable([one], noise, {**others, test: threshold}, 1)
     change = effect.params[0].internal(promised.value) * slope[:, 0]
-    draws = np.linalg.cholesky(noise.covariance) @ rng.normal(size=(SIZE, TRIES))
-    found = [
-        effect_shaped(replace(noise, delta=change + draw), [slope], 1)[0] > threshold
-        for draw in draws.T
-    ]
-    assert np.mean(found) == pytest.approx(POWER, abs=0.09)
+    found = shaped(noise, change[:, None] + draws(noise, TRIES, 5), [slope]) > threshold
+    assert np.mean(found) == pytest.approx(POWER, abs=0.05)
+
+
+def test_what_scatter_hides_at_any_size_is_not_promised() -> None:
+    """A change in one task is told from its scatter up to a length that no amplitude exceeds."""
+    rng = np.random.default_rng(4)
+    effect = next(e for e in library(SETUP) if e.label == "input/frame_misalignment/humerus")
+    noise = residual(rng, 4.0)
+    slope = np.zeros((3 * SIZE, 3))
+    slope[:SIZE] = 1e3 * rng.normal(size=(SIZE, 3))
+    one = Hypothesis((effect,), np.zeros(3), np.zeros((3 * SIZE, 1)), slope, 1.0)
+    reached = np.sqrt(4.0 + SIZE)
+    assert smallest_detectable([one], noise, {"glr": 0.5 * reached, "on_record": 9.0}, 1)
+    assert not smallest_detectable([one], noise, {"glr": 1.2 * reached, "on_record": 9.0}, 1)

@@ -143,6 +143,14 @@ def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():
     assert found.doubted("b") == found
 
 
+def test_what_cannot_be_told_from_a_label_gets_what_is_doubted():
+    found = Posterior({"a": 0.8, "b": 0.1}, 0.06, 0.04)
+    doubted = found.doubted("a", "b")
+    assert doubted.labels == pytest.approx({"a": UNPROVEN, "b": 0.1 + 0.8 - UNPROVEN})
+    assert doubted.none == found.none
+    assert total(doubted) == pytest.approx(1.0)
+
+
 def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
     found = Posterior({"a": 0.5, "b": 0.04, "c": 0.17}, none=0.25, no_gap=0.04)
     assert credible_set(found) == ("a", "none", "c")

@@ -90,7 +90,7 @@ def judge(
     scores = _scores(evidence, found, fits, others, weighing)
     told = motion_is_told(evidence)
     silent = posterior.no_gap_range(present, evidence.referenced, told, weighing)
-    p = posterior.posterior(scores, weighing, silent)
+    p = posterior.posterior(scores, posterior.heard(weighing, present, told), silent)
     best = next(f for f in fits if f.label == p.first)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)

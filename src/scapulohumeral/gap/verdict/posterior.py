@@ -120,6 +120,15 @@ def no_gap_range(
     return (weighing.silent if told else weighing.silent_motion), 1.0
 
 
+def heard(weighing: Weighing, present: bool, told: bool) -> Weighing:
+    """Weights that hold for a case, as for :func:`no_gap_range`.
+
+    Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
+    in it. Causes then stay as probable as before any data.
+    """
+    return weighing if present or told else replace(weighing, misled=1.0)
+
+
 def credible_set(found: Posterior) -> tuple[str, ...]:
     """The most probable answers that together reach 90 % of the posterior probability.
 

@@ -12,6 +12,7 @@ from scapulohumeral.gap.verdict.posterior import (
     Posterior,
     Score,
     credible_set,
+    heard,
     no_gap_range,
     posterior,
 )
@@ -158,3 +159,12 @@ def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
     assert credible_set(Posterior({"a": 0.95}, none=0.05, no_gap=0.0)) == ("a",)
     alone = Posterior({"a": 0.21, "b": 0.08}, none=0.0, no_gap=0.71)
     assert credible_set(alone) == ("no_gap", "a")
+
+
+def test_motion_without_a_gap_names_no_cause():
+    told = scores(a=50.0)
+    silent = posterior(told, heard(PLAIN, present=False, told=False), FREE)
+    assert silent.labels["a"] / silent.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
+    for present, by_emg in ((True, False), (False, True), (True, True)):
+        found = posterior(told, heard(PLAIN, present, by_emg), FREE)
+        assert found.labels["a"] > 0.99

@@ -129,7 +129,7 @@ def _gap(gap: Mapping[str, Any]) -> Quantities:
         yield f"gap.{name}", (gap[name], 0.0)
     yield "gap.p_value", (gap["p_value"], PROBABILITY)
     for name in ("value", "threshold"):
-        yield f"gap.{name}", (gap[name], SIZE * gap[name])
+        yield f"gap.{name}", (gap[name], SIZE * abs(gap[name]))
     for entry in gap["smallest_detectable"]:
         place = f"gap.smallest_detectable.{entry['label']}"
         yield place, (entry["value"], SIZE * abs(entry["value"]))

@@ -216,7 +216,7 @@ def make_objective(model: ShoulderModel, target: Target, settings: SolveSettings
 def solve_posed(
     posed: PosedProblem, start: Start | Trajectory, settings: SolveSettings, log: Path | None
 ) -> Result:
-    """Solve from a warm start or from trajectories, over coarse meshes where they help.
+    """Solve from a warm start or from trajectories, over a coarse mesh where it helps.
 
     With a log below a folder ``logs``, iterates are kept in ``checkpoints`` beside that folder, and
     an interrupted solve of the same problem from the same start goes on from them.

@@ -210,7 +210,7 @@ def test_bank_survives_moves_of_its_modules(copied: Path, tmp_path: Path, bank_b
         ("recording.case", "sorted(kept)", "reversed(sorted(kept))"),
         ("effects.emd", "60.0,", "61.0,"),
         ("recording.movement_window", "CUTOFF_HZ = ", "CUTOFF_HZ = 2.0 * "),
-        ("benchmark.null_bank_build", "settings.alpha / 2.0", "settings.alpha / 3.0"),
+        ("detection.presence", "ON_RECORD: 0.5", "ON_RECORD: 0.4"),
     ],
 )
 def test_bank_follows_what_thresholds_depend_on(

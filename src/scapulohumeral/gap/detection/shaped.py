@@ -17,8 +17,8 @@ from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.residual.residual import Residual
 
-# Of a chi-square variable; a z value of 37.
-LEAST_P = 1e-300
+# Of a chi-square variable: z values of 37 and -8. Where an effect hardly shows, p would be one.
+P_RANGE = 1e-300, 1.0 - 1e-15
 
 
 def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]) -> np.ndarray:
@@ -33,7 +33,7 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     white = residual.whiten(steadied(residual, vectors))
     bases = [np.linalg.qr(residual.whiten(slope))[0] for slope in slopes if np.any(slope)]
     lengths = [
-        norm.isf(np.maximum(chi2.sf(np.sum((b.T @ white) ** 2, axis=0), b.shape[1]), LEAST_P))
+        norm.isf(np.clip(chi2.sf(np.sum((b.T @ white) ** 2, axis=0), b.shape[1]), *P_RANGE))
         for b in bases
     ]
     return np.max(lengths, axis=0)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
-from scapulohumeral.gap.detection.shaped import LEAST_P, scales
+from scapulohumeral.gap.detection.shaped import P_RANGE, scales
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
@@ -96,7 +96,7 @@ class _Scatter:
 
         Infinite if none is: the scatter is told from the same difference, and grows with it.
         """
-        least = float(chi2.isf(max(norm.sf(threshold), LEAST_P), slope.shape[1]))
+        least = float(chi2.isf(max(norm.sf(threshold), P_RANGE[0]), slope.shape[1]))
         size = float(np.linalg.norm(self.residual.whiten(slope[:, 0])))
         if size == 0.0:
             return np.inf

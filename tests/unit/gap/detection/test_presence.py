@@ -111,3 +111,9 @@ def test_tests_without_anything_to_look_for_leave_their_share_to_others():
     nothing = {ON_RECORD: [], GLR: [np.ones((3, 1))]}
     assert shares(nothing) == {MAX_T: 0.5, GLR: 0.5}
     assert set(judged(residual(), {**shapes(2), ON_RECORD: []})) == {MAX_T, GLR}
+
+
+def test_a_shape_that_hardly_shows_has_a_finite_value():
+    there = residual()
+    one = np.eye(len(there.delta))[:, :1]
+    assert np.isfinite(shaped(there, np.zeros((len(one), 2)), [one])).all()

@@ -6,6 +6,7 @@ Letters: N nodes, M muscles, Nq coordinates.
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 
 from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
@@ -93,11 +94,8 @@ def shared_load(moments: np.ndarray, target: np.ndarray) -> np.ndarray:
         inside = (wanted > START_ACTIVATION[0]) & (wanted < START_ACTIVATION[1])
         slope = np.eye(len(y)) + moments[inside].T @ pull[inside]
         step = np.linalg.solve(slope, error)
-        share, falls = 1.0, _sharing_cost(pull, target, y)
-        while share > 1e-6 and _sharing_cost(pull, target, y - share * step) > falls:
-            share /= 2.0
-        y -= share * step
-    # Rounding of the cost may end the steps early: a start need not be exact.
+        y = y - _share_of_step(moments, pull, target, y, step) * step
+    # Rounding may end the steps early: a start need not be exact.
     if np.abs(error).max() <= SHARING_ROUNDING * (1.0 + np.abs(target).max()):
         return activation
     raise SolveError(
@@ -106,12 +104,24 @@ def shared_load(moments: np.ndarray, target: np.ndarray) -> np.ndarray:
     )
 
 
-def _sharing_cost(pull: np.ndarray, target: np.ndarray, y: np.ndarray) -> float:
-    """Convex function whose gradient is the error of :func:`shared_load`."""
-    wanted = pull @ y
-    activation = np.clip(wanted, *START_ACTIVATION)
-    share = EFFORT_WEIGHT**2 * (activation * wanted - 0.5 * activation**2)
-    return float(0.5 * y @ y - target @ y + share.sum())
+def _share_of_step(
+    moments: np.ndarray, pull: np.ndarray, target: np.ndarray, y: np.ndarray, step: np.ndarray
+) -> float:
+    """Share of a step of :func:`shared_load` at which the convex function is least.
+
+    Its pieces change many times along a step, so that any share at which it merely falls leads
+    through them one by one.
+    """
+
+    def slope(share: float) -> float:
+        moved = y - share * step
+        activation = np.clip(pull @ moved, *START_ACTIVATION)
+        return float((target - moved - moments.T @ activation) @ step)
+
+    least, most = 0.0, 1.0
+    while slope(most) < 0.0:
+        least, most = most, 2.0 * most
+    return float(brentq(slope, least, most)) if slope(least) < 0.0 < slope(most) else most
 
 
 def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -29,6 +29,22 @@ def test_shared_load_is_the_least_squares_minimiser(seed):
     np.testing.assert_allclose(found, expected.x, atol=1e-5)
 
 
+@pytest.mark.parametrize("seed", [16, 40, 65, 108, 116])
+def test_muscles_of_very_unequal_strength_share_a_load_in_few_steps(seed, monkeypatch):
+    """Steps that merely lower the cost took more than a hundred here, and the start was refused."""
+    monkeypatch.setattr(initial_guess, "SHARING_STEPS", 40)
+    rng = np.random.default_rng(seed)
+    strength = 3.0 * np.exp(1.5 * rng.standard_normal((126, 10))[:, :1])
+    moments = strength * rng.standard_normal((126, 10))
+    target = 30.0 * np.exp(2.0 * rng.standard_normal()) * rng.standard_normal(10)
+    found = initial_guess.shared_load(moments, target)
+    unbalanced = target - moments.T @ found
+    wanted = np.clip(
+        moments @ unbalanced / initial_guess.EFFORT_WEIGHT**2, *initial_guess.START_ACTIVATION
+    )
+    np.testing.assert_allclose(found, wanted, atol=1e-5)
+
+
 def test_a_load_that_is_not_a_number_is_refused():
     with pytest.raises(SolveError, match="out of balance"):
         initial_guess.shared_load(np.ones((3, 2)), np.array([np.nan, 1.0]))

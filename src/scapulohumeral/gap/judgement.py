@@ -38,6 +38,10 @@ NOTHING_HELD_OUT = (
     "no cause can be proven: there is no trial or task to leave out, or over all channels the gap "
     "there hardly exceeds what differs without a cause"
 )
+BETTER_UNKNOWN = (
+    "smooth unknown inputs explain the difference better than any cause known here: what acts may "
+    "not be among them"
+)
 NO_POSTURE_TOLD = (
     "motion alone cannot tell a turned segment frame from a posture held differently by as much in "
     "all tasks. Record EMG or joint force, or a pose that another device measures"
@@ -98,6 +102,8 @@ def judge(
     undecided = ""
     if present:
         undecided = _unproven(explained, agreement) or _untold(evidence, p)
+        if not undecided and posterior.unknown_is_likelier(scores, weighing):
+            undecided = BETTER_UNKNOWN
         rival = MOVED if undecided == NO_POSTURE_TOLD else NONE
         p = p.doubted(best.label, rival) if undecided else p
     likely = isolability.likely(fits, p)

@@ -102,6 +102,12 @@ def posterior(
     return Posterior({name: mixed[name] for name in labels}, mixed[NONE], nothing)
 
 
+def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool:
+    """Whether evidence, before its limit, holds "none of these" for more probable than any label."""
+    logs = {name: score.log_weight(weighing) for name, score in scores.items() if name != NO_GAP}
+    return bool(logs.pop(NONE) > logsumexp(list(logs.values())))
+
+
 def no_gap_range(
     present: bool, referenced: bool, told: bool, weighing: Weighing
 ) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from scapulohumeral.gap.verdict.posterior import (
     heard,
     no_gap_range,
     posterior,
+    unknown_is_likelier,
 )
 from scapulohumeral.gap.weighing import Weighing
 
@@ -168,3 +169,11 @@ def test_motion_without_a_gap_names_no_cause():
     for present, by_emg in ((True, False), (False, True), (True, True)):
         found = posterior(told, heard(PLAIN, present, by_emg), FREE)
         assert found.labels["a"] > 0.99
+
+
+def test_none_of_these_is_likelier_by_evidence_whatever_its_limit():
+    limited = replace(PLAIN, unknown=0.3)
+    assert unknown_is_likelier(scores(none=50.0), limited)
+    assert posterior(scores(none=50.0), limited, FREE).none <= 0.3
+    assert not unknown_is_likelier(scores(a=50.0), limited)
+    assert not unknown_is_likelier(scores(no_gap=50.0), limited)

@@ -103,7 +103,7 @@ def posterior(
 
 
 def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool:
-    """Whether evidence, before its limit, holds "none of these" for more probable than any label."""
+    """Whether evidence, before its limit, is for "none of these" rather than for any label."""
     logs = {name: score.log_weight(weighing) for name, score in scores.items() if name != NO_GAP}
     return bool(logs.pop(NONE) > logsumexp(list(logs.values())))
 

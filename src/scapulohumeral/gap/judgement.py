@@ -102,8 +102,7 @@ def judge(
     undecided = ""
     if present:
         undecided = _unproven(explained, agreement) or _untold(evidence, p)
-        if not undecided and posterior.unknown_is_likelier(scores, weighing):
-            undecided = BETTER_UNKNOWN
+        undecided = undecided or _unknown(scores, weighing)
         rival = MOVED if undecided == NO_POSTURE_TOLD else NONE
         p = p.doubted(best.label, rival) if undecided else p
     likely = isolability.likely(fits, p)
@@ -217,6 +216,11 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     if p.first == MOVED or acting & first:
         return NOT_TOLD
     return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
+
+
+def _unknown(scores: Mapping[str, Score], weighing: Weighing) -> str:
+    """Why a cause is not named that may be none of these; empty if evidence is for a cause."""
+    return BETTER_UNKNOWN if posterior.unknown_is_likelier(scores, weighing) else ""
 
 
 def motion_is_told(evidence: Evidence) -> bool:

@@ -5,7 +5,7 @@ scatters more than assumed. Then all of it is: its many coefficients tell the sc
 effect with a few parameters explains little. It is what makes a t value of a mean difference
 (for noise with Student's t tails: Lange, Little and Taylor 1989, J Am Stat Assoc 84: 881-896).
 
-Letters: D coefficients, T tasks, M differences, P parameters.
+Letters: D coefficients, T tasks, d = D / T, M differences, P parameters.
 """
 
 from __future__ import annotations
@@ -32,11 +32,7 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     """
     white = residual.whiten(steadied(residual, vectors))
     bases = [np.linalg.qr(residual.whiten(slope))[0] for slope in slopes if np.any(slope)]
-    lengths = [
-        norm.isf(np.clip(chi2.sf(np.sum((b.T @ white) ** 2, axis=0), b.shape[1]), *P_RANGE))
-        for b in bases
-    ]
-    return np.max(lengths, axis=0)
+    return np.max([_z_values(white, basis) for basis in bases], axis=0)
 
 
 def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -47,26 +43,33 @@ def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarra
     change : (D,) that part of the difference
     basis : (D, P) its directions in the whitened difference
     """
-    vector = residual.delta[:, None]
-    best = max((s for s in slopes if np.any(s)), key=lambda s: shaped(residual, vector, [s])[0])
-    basis, root = np.linalg.qr(residual.whiten(best))
-    white = residual.whiten(steadied(residual, vector))
+    white = residual.whiten(steadied(residual, residual.delta[:, None]))
+    shown = [(s, *np.linalg.qr(residual.whiten(s))) for s in slopes if np.any(s)]
+    best, basis, root = max(shown, key=lambda one: _z_values(white, one[1])[0])
     return best @ np.linalg.solve(root, basis.T @ white)[:, 0], basis
+
+
+def _z_values(white: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Lengths of whitened differences (D, M) along a basis (D, P), as z values (M,)."""
+    lengths = np.sum((basis.T @ white) ** 2, axis=0)
+    return norm.isf(np.clip(chi2.sf(lengths, basis.shape[1]), *P_RANGE))
 
 
 def steadied(residual: Residual, vectors: np.ndarray) -> np.ndarray:
     """Differences (D, M) over the scale of the scatter that each of their tasks shows."""
-    return vectors / over_tasks(residual, scales(residual, squares(residual, vectors)))
+    by_task = scales(residual, squares(residual, vectors))
+    return vectors / np.repeat(by_task, len(vectors) // len(by_task), axis=0)
+
+
+def white_by_task(residual: Residual, vectors: np.ndarray) -> np.ndarray:
+    """Differences (D, M) whitened task by task, (T, d, M)."""
+    parts = np.split(vectors, len(residual.tasks))
+    return np.array([own.whiten(part) for own, part in zip(residual.by_task, parts, strict=True)])
 
 
 def squares(residual: Residual, vectors: np.ndarray) -> np.ndarray:
     """Whitened sums of squares (T, M) of differences (D, M), task by task."""
-    return np.array(
-        [
-            np.sum(residual.part([task]).whiten(vectors[residual.rows([task])]) ** 2, axis=0)
-            for task in residual.tasks
-        ]
-    )
+    return np.sum(white_by_task(residual, vectors) ** 2, axis=1)
 
 
 def scales(residual: Residual, whole: np.ndarray) -> np.ndarray:
@@ -78,8 +81,3 @@ def scales(residual: Residual, whole: np.ndarray) -> np.ndarray:
     worth = np.array(residual.degrees)[:, None]
     size = len(residual.delta) // len(residual.tasks)
     return np.sqrt(np.maximum((worth + whole) / (worth + size), 1.0))
-
-
-def over_tasks(residual: Residual, values: np.ndarray) -> np.ndarray:
-    """Values (T, M) of the tasks for each of their coefficients, (D, M)."""
-    return np.repeat(values, len(residual.delta) // len(residual.tasks), axis=0)

@@ -147,6 +147,11 @@ class Residual:
         )
         return replace(self._of(self.rows(tasks)), tasks=kept, degrees=degrees)
 
+    @cached_property
+    def by_task(self) -> tuple[Residual, ...]:
+        """The same for each task alone."""
+        return tuple(self.part([task]) for task in self.tasks)
+
     def only(self, channels: Sequence[str]) -> Residual:
         """The same for some of the channels."""
         kept = tuple(name for name in self.channels if name in channels)

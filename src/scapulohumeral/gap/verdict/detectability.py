@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
-from scapulohumeral.gap.detection.shaped import P_RANGE, scales
+from scapulohumeral.gap.detection.shaped import P_RANGE, scales, white_by_task
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
@@ -76,20 +76,8 @@ class _Scatter:
     @staticmethod
     def of(residual: Residual, seed: int) -> _Scatter:
         """Scatter as the thresholds of the test take it to be."""
-        found = _Scatter(residual, np.empty(0), np.empty(0))
-        return _Scatter(residual, *found.told(draws(residual, TRIES, seed)))
-
-    def told(self, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Differences (D, M) whitened task by task (T, d, M), and their parts (T, D, M)."""
-        c = self.residual
-        white, parts = [], []
-        for task in c.tasks:
-            rows = c.rows([task])
-            alone = np.zeros_like(vectors)
-            alone[rows] = vectors[rows]
-            white.append(c.part([task]).whiten(vectors[rows]))
-            parts.append(c.whiten(alone))
-        return np.array(white), np.array(parts)
+        vectors = draws(residual, TRIES, seed)
+        return _Scatter(residual, white_by_task(residual, vectors), _white_parts(residual, vectors))
 
     def amplitude(self, slope: np.ndarray, threshold: float) -> float:
         """First internal parameter of an effect (D, P) whose z value is found with :data:`POWER`.
@@ -101,7 +89,8 @@ class _Scatter:
         if size == 0.0:
             return np.inf
         basis = np.linalg.qr(self.residual.whiten(slope))[0]
-        white, parts = self.told(slope[:, :1])
+        white = white_by_task(self.residual, slope[:, :1])
+        parts = _white_parts(self.residual, slope[:, :1])
         across = np.einsum("tdm,td->tm", self.white, white[..., 0])
         own, alone = np.sum(white**2, axis=1), np.sum(self.white**2, axis=1)
         signal, noise = (np.einsum("Dp,tDm->tpm", basis, one) for one in (parts, self.parts))
@@ -114,3 +103,14 @@ class _Scatter:
 
         highest = LONGEST / size
         return np.inf if lacking(highest) > 0.0 else float(brentq(lacking, 0.0, highest))
+
+
+def _white_parts(residual: Residual, vectors: np.ndarray) -> np.ndarray:
+    """What each task of differences (D, M) contributes to the whitened whole, (T, D, M)."""
+    parts = []
+    for task in residual.tasks:
+        alone = np.zeros_like(vectors)
+        rows = residual.rows([task])
+        alone[rows] = vectors[rows]
+        parts.append(residual.whiten(alone))
+    return np.array(parts)

@@ -24,6 +24,7 @@ from scapulohumeral.model.rotations import (
     pose_to_trial,
     quaternion_conjugate,
     quaternion_multiply,
+    segment_orientations,
     trial_to_pose,
 )
 
@@ -88,10 +89,8 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     pose = published.copy()
     pose[:, :8] = np.stack([np.interp(every, known, column) for column in found.T], axis=1)
     pose = _normalised(pose)
-    humerus = quaternion_multiply(
-        quaternion_multiply(published[:, :4], published[:, 4:8]), published[:, 8:12]
-    )
-    scapula = quaternion_multiply(pose[:, :4], pose[:, 4:8])
+    humerus = segment_orientations(published)["humerus"]
+    scapula = segment_orientations(pose)["scapula"]
     pose[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(scapula), humerus))
     return pose
 

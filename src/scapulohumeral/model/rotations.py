@@ -191,6 +191,16 @@ def pose_to_trial(pose: ArrayLike) -> Array:
     return np.concatenate([*angles, pose[:, 12:]], axis=1)
 
 
+def segment_orientations(pose: Array) -> dict[str, Array]:
+    """Quaternions (..., 4) of clavicle, scapula and humerus in the thorax, for poses (..., 13)."""
+    scapula = quaternion_multiply(pose[..., 0:4], pose[..., 4:8])
+    return {
+        "clavicle": pose[..., 0:4],
+        "scapula": scapula,
+        "humerus": quaternion_multiply(scapula, pose[..., 8:12]),
+    }
+
+
 def girdle_turned(pose: Array, clavicle: Array, scapula: Array) -> Array:
     """Poses (N, 13) with clavicle and scapula turned under the same humerus.
 
@@ -200,13 +210,11 @@ def girdle_turned(pose: Array, clavicle: Array, scapula: Array) -> Array:
     clavicle, scapula : (3,) or (N, 3) rotation vectors of the orientation in the thorax, own axes
         [rad]
     """
-    before = pose[:, 0:4]
-    blade = quaternion_multiply(before, pose[:, 4:8])
-    humerus = quaternion_multiply(blade, pose[:, 8:12])
-    collar = quaternion_multiply(before, rotation_vector_to_quaternion(clavicle))
-    blade = quaternion_multiply(blade, rotation_vector_to_quaternion(scapula))
+    before = segment_orientations(pose)
+    collar = quaternion_multiply(before["clavicle"], rotation_vector_to_quaternion(clavicle))
+    blade = quaternion_multiply(before["scapula"], rotation_vector_to_quaternion(scapula))
     turned = pose.copy()
     turned[:, 0:4] = collar
     turned[:, 4:8] = quaternion_multiply(quaternion_conjugate(collar), blade)
-    turned[:, 8:12] = quaternion_multiply(quaternion_conjugate(blade), humerus)
+    turned[:, 8:12] = quaternion_multiply(quaternion_conjugate(blade), before["humerus"])
     return turned

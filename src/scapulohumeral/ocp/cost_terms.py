@@ -21,9 +21,9 @@ from scapulohumeral.dynamics.formulation import (
 )
 from scapulohumeral.model.rotations import (
     make_continuous,
-    quaternion_multiply,
     quaternion_to_euler,
     quaternion_to_matrix,
+    segment_orientations,
     trial_to_pose,
 )
 
@@ -49,14 +49,14 @@ class PoseErrors:
         ``ac_distance`` is the distance [m] of the acromioclavicular joint from the sternum.
         """
         pose = trial_to_pose(angles)
-        scapula = make_continuous(quaternion_multiply(pose[:, :4], pose[:, 4:8]))
-        humerus = make_continuous(quaternion_multiply(scapula, pose[:, 8:12]))
+        clavicle, scapula, humerus = segment_orientations(pose).values()
+        scapula, humerus = make_continuous(scapula), make_continuous(humerus)
         if "norm" not in self.groups:
             segments = [quaternion_to_euler(scapula, "YZX"), quaternion_to_euler(humerus, "YZY")]
             return np.hstack([angles[:, :2], *segments, angles[:, 9:]])
-        ac = ac_distance * quaternion_to_matrix(pose[:, :4])[:, :, 0]
+        ac = ac_distance * quaternion_to_matrix(clavicle)[:, :, 0]
         distance = np.full((len(pose), 1), ac_distance)
-        return np.hstack([distance, ac, scapula, humerus, pose[:, 12:], pose[:, :4]])
+        return np.hstack([distance, ac, scapula, humerus, pose[:, 12:], clavicle])
 
 
 def pose_errors(name: str) -> PoseErrors:

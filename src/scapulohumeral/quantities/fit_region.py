@@ -18,6 +18,7 @@ from scapulohumeral.model.rotations import (
     quaternion_multiply,
     relative_angle,
     rotation_vector_to_quaternion,
+    segment_orientations,
 )
 
 
@@ -29,8 +30,8 @@ def outside_region(pose: Array, recorded: Array, region: Region) -> Array:
     pose that is called inside is inside, and one at the border may be called outside.
     """
     girdle = np.deg2rad(region.girdle_turn_deg)
-    clavicle, scapula, _ = _segments(pose[:, None])
-    own_clavicle, own_scapula, humerus = _segments(recorded)
+    clavicle, scapula, _ = segment_orientations(pose[:, None]).values()
+    own_clavicle, own_scapula, humerus = segment_orientations(recorded).values()
     # Where the scapula would be with the glenohumeral joint of the pose under the recorded arm.
     under_arm = quaternion_multiply(humerus, quaternion_conjugate(pose[:, None, 8:12]))
     placed = _turned(scapula, _turn(scapula, under_arm) * 2.0 / 3.0)
@@ -49,12 +50,6 @@ def outside_region(pose: Array, recorded: Array, region: Region) -> Array:
         np.abs(pose[:, None, 12] - recorded[:, 12]),
     ]
     return np.max(joints, axis=0).min(axis=1) > np.deg2rad(region.margin_deg)
-
-
-def _segments(pose: Array) -> tuple[Array, Array, Array]:
-    """Orientations (..., 4) of clavicle, scapula and humerus in the thorax."""
-    scapula = quaternion_multiply(pose[..., 0:4], pose[..., 4:8])
-    return pose[..., 0:4], scapula, quaternion_multiply(scapula, pose[..., 8:12])
 
 
 def _turn(start: Array, end: Array) -> Array:

@@ -12,9 +12,13 @@ import numpy as np
 
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.rotations import Array, quaternion_to_euler, quaternion_to_matrix
+from scapulohumeral.model.rotations import (
+    Array,
+    quaternion_to_euler,
+    quaternion_to_matrix,
+    segment_orientations,
+)
 from scapulohumeral.quantities.segment_angles import SEGMENT_SEQUENCES
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
 
 # Movement: segment that turns, and columns of the rotations of its joint.
 JOINTS = {

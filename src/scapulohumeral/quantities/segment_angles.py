@@ -6,8 +6,12 @@ import warnings
 
 import numpy as np
 
-from scapulohumeral.model.rotations import Array, EulerSequence, quaternion_to_euler
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
+from scapulohumeral.model.rotations import (
+    Array,
+    EulerSequence,
+    quaternion_to_euler,
+    segment_orientations,
+)
 
 SEGMENT_SEQUENCES: dict[str, EulerSequence] = {
     "clavicle": "YZX",

@@ -7,22 +7,12 @@ from typing import Literal
 import numpy as np
 
 from scapulohumeral.model.rotations import (
-    quaternion_multiply,
     quaternion_to_euler,
     quaternion_to_matrix,
     relative_angle,
+    segment_orientations,
 )
 from scapulohumeral.ocp.solution import Solution
-
-
-def segment_orientations(pose: np.ndarray) -> dict[str, np.ndarray]:
-    """Quaternions (N, 4) of clavicle, scapula and humerus in the thorax, for poses (N, 13)."""
-    scapula = quaternion_multiply(pose[:, 0:4], pose[:, 4:8])
-    return {
-        "clavicle": pose[:, 0:4],
-        "scapula": scapula,
-        "humerus": quaternion_multiply(scapula, pose[:, 8:12]),
-    }
 
 
 def tracking_metrics(solution: Solution) -> dict[str, float]:

@@ -13,14 +13,13 @@ from scapulohumeral.model.published_arm import (
     published_pose,
     with_recorded_girdle,
 )
-from scapulohumeral.model.rotations import relative_angle, trial_to_pose
+from scapulohumeral.model.rotations import relative_angle, segment_orientations, trial_to_pose
 from scapulohumeral.quantities.rhythm import range_rhythm
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
 from scapulohumeral.report.published.paper import RHYTHM
 
 pytestmark = pytest.mark.unit

@@ -8,7 +8,7 @@ from synthetic_study import solution
 
 from scapulohumeral.configuration.check import read_sensitivity
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.rotations import quaternion_multiply, relative_angle
+from scapulohumeral.model.rotations import quaternion_multiply, relative_angle, segment_orientations
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.sensitivity import (
     Case,
@@ -16,7 +16,6 @@ from scapulohumeral.problems.sensitivity import (
     changed_weights,
     sensitivity_cases,
 )
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
 
 pytestmark = pytest.mark.unit
 

@@ -24,6 +24,7 @@ from scapulohumeral.model.rotations import (
     Array,
     quaternion_conjugate,
     quaternion_multiply,
+    segment_orientations,
     trial_to_pose,
 )
 
@@ -140,11 +141,9 @@ def _poses(trial: GapTrial, channels: Sequence[str]) -> Array:
     Vectors of rotations from one fixed posture: their differences are near those of the postures.
     """
     pose = trial_to_pose(_at_phase(trial, trial.time_s, trial.angles_rad))
-    scapula = quaternion_multiply(pose[:, :4], pose[:, 4:8])
-    humerus = quaternion_multiply(scapula, pose[:, 8:12])
     upright = np.array([np.cos(0.3), 0.0, np.sin(0.3), 0.0])
     columns = []
-    for part in (pose[:, :4], scapula, humerus):
+    for part in segment_orientations(pose).values():
         turn = quaternion_multiply(part, quaternion_conjugate(upright))
         columns.append(2.0 * turn[:, 1:] * np.where(turn[:, :1] < 0, -1.0, 1.0))
     return np.rad2deg(np.hstack([*columns, pose[:, 12:]]))

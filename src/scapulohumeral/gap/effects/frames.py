@@ -10,6 +10,7 @@ from scapulohumeral.model.rotations import (
     quaternion_multiply,
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
+    segment_orientations,
 )
 
 SC, AC, GH = slice(0, 4), slice(4, 8), slice(8, 12)
@@ -44,6 +45,6 @@ def turn_frame(pose: Array, segment: str, vector: Array) -> Array:
 
 def elevation(pose: Array) -> Array:
     """Angle (N,) [rad] between the long axes of humerus and thorax, 0 with the arm hanging."""
-    humerus = quaternion_multiply(quaternion_multiply(pose[:, SC], pose[:, AC]), pose[:, GH])
+    humerus = segment_orientations(pose)["humerus"]
     cosine = quaternion_to_matrix(humerus)[:, VERTICAL, VERTICAL]
     return np.arccos(np.clip(cosine, -1.0, 1.0))

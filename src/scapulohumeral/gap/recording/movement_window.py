@@ -9,8 +9,8 @@ from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     Array,
     pose_to_trial,
-    quaternion_multiply,
     relative_angle,
+    segment_orientations,
     trial_to_pose,
 )
 from scapulohumeral.model.smoothing import smooth_recording
@@ -51,8 +51,7 @@ def movement_window(smooth: Motion) -> tuple[float, float]:
 def humerothoracic_speed(motion: Motion) -> Array:
     """Angular speed of the humerus in the thorax [rad/s] between neighbouring frames, (T - 1,)."""
     pose = trial_to_pose(motion.angles_rad)
-    scapula = quaternion_multiply(pose[:, 0:4], pose[:, 4:8])
-    humerus = quaternion_multiply(scapula, pose[:, 8:12])
+    humerus = segment_orientations(pose)["humerus"]
     return relative_angle(humerus[:-1], humerus[1:]) / np.diff(motion.time_s)
 
 

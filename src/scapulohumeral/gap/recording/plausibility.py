@@ -17,8 +17,8 @@ from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     Array,
     pose_to_trial,
-    quaternion_multiply,
     relative_angle,
+    segment_orientations,
     trial_to_pose,
 )
 from scapulohumeral.model.tables import read_tables
@@ -97,7 +97,7 @@ def check_movement(path: Path, smooth: Motion) -> None:
     """
     pose = trial_to_pose(smooth.angles_rad)
     joints = [pose[:, i : i + 4] for i in (0, 4, 8)]
-    joints.append(quaternion_multiply(quaternion_multiply(*joints[:2]), joints[2]))
+    joints.append(segment_orientations(pose)["humerus"])
     turns = [relative_angle(joint[:1], joint).max() for joint in joints]
     largest = np.rad2deg(max(*turns, np.ptp(pose[:, 12])))
     if largest < LEAST_MOVEMENT_DEG:

@@ -22,6 +22,7 @@ from scapulohumeral.model.rotations import (
     quaternion_multiply,
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
+    segment_orientations,
 )
 
 Frame = tuple[Array, Array]
@@ -99,8 +100,7 @@ def arm_hanging(poses: Array) -> Array:
 
     Clavicle and scapula stay, the long axis of the humerus becomes that of the thorax.
     """
-    scapula = quaternion_multiply(poses[:, 0:4], poses[:, 4:8])
-    humerus = quaternion_multiply(scapula, poses[:, 8:12])
+    _, scapula, humerus = segment_orientations(poses).values()
     long_axis = quaternion_to_matrix(humerus)[:, :, 1]
     axis = np.cross(long_axis, UPWARD)
     sine = np.linalg.norm(axis, axis=1, keepdims=True)

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scapulohumeral.model.rotations import Array, relative_angle
+from scapulohumeral.model.rotations import Array, relative_angle, segment_orientations
 from scapulohumeral.quantities.segment_angles import SINGULAR_ELEVATION_DEG
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
 
 
 def unwrap_deg(angles: Array) -> Array:

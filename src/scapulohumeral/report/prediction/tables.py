@@ -6,9 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from scapulohumeral.model.rotations import relative_angle
+from scapulohumeral.model.rotations import relative_angle, segment_orientations
 from scapulohumeral.quantities.population import RHYTHM
-from scapulohumeral.quantities.tracking_metrics import segment_orientations
 from scapulohumeral.report.coordination import Coordination, Prediction
 from scapulohumeral.report.prediction.loading import stability_rows
 from scapulohumeral.report.tables import Table, named_rows

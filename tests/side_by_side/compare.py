@@ -167,10 +167,10 @@ def main() -> None:
     options = parser.parse_args()
     # The processes that are started inherit the one core.
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    rows: dict[str, dict] = {}
+    document: dict[str, Any] = {"rows": []}
     if options.out.exists():
         document = json.loads(options.out.read_text(encoding="utf-8"))
-        rows = {row["case"]: row for row in document["rows"]}
+    rows = {row["case"]: row for row in document["rows"]}
     with checked_out(options.commit, options.checkout) as checkout:
         text = (checkout / "config/config.yaml").read_text(encoding="utf-8")
         config = yaml.safe_load(text)
@@ -187,7 +187,7 @@ def main() -> None:
             rows[case] = solve_both(case, before, checkout, calibrations, scratch)
             say(rows[case])
             about = {"commit": options.commit, "calibrations": "former" if own else "present"}
-            document = {**about, "rows": list(rows.values())}
+            document |= {**about, "rows": list(rows.values())}
             options.out.parent.mkdir(parents=True, exist_ok=True)
             options.out.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 

@@ -30,6 +30,7 @@ def speed_content(records: Mapping[str, Record]) -> dict[str, Any]:
         "commit": side and side["commit"],
         "calibrations": side and side["calibrations"],
         "difference": side and _largest_difference(side),
+        "diagnoses": side and "diagnoses" in side and diagnosis_table(side),
         "peers": peers and peer_table(peers),
         "opty": peers and opty_table(peers),
         "kills": kills and kill_table(kills),
@@ -67,6 +68,22 @@ def side_by_side(record: Record) -> Table:
             rows.append((f"{kind}, sum of {len(chosen)}", *_pair(*sums), "", "", "", ""))
     columns = ("problem", "former [s]", "present [s]", "ratio [1]", "iterations", "peak [MB]")
     return Table((*columns, "change of objective [1]", "status"), rows, frozenset(flagged))
+
+
+def diagnosis_table(record: Record) -> Table:
+    """Diagnoses by the former and the present command, from nothing and once more."""
+    turns = ("first", "again")
+    rows = []
+    for row in record["diagnoses"]:
+        times = [
+            [row[name][turn]["processor_seconds"] for name in ("former", "present")]
+            for turn in turns
+        ]
+        name = row["case"].replace("_", " ")
+        rows.append((name, *(text for pair in times for text in _pair(*pair))))
+    columns = [f"{side}, {t} [s]" for t in turns for side in ("former", "present")]
+    columns = [*columns[:2], "ratio [1]", *columns[2:], "ratio, again [1]"]
+    return Table(("trials", *columns), rows, frozenset())
 
 
 def _pair(former: float, present: float) -> tuple[str, str, str]:

@@ -3,6 +3,7 @@
 import pytest
 
 from scapulohumeral.report.speed import (
+    diagnosis_table,
     kill_table,
     opty_table,
     peer_table,
@@ -102,6 +103,19 @@ def test_opty_stands_by_number_of_muscles(peers):
 def test_a_kill_that_cost_finished_work_is_marked():
     row = {"killed_after_s": 10.0, "finished": 3, "lost": 2, "repeated": 0, "resumed": 1}
     assert kill_table({"rounds": [row, {**row, "repeated": 1}]}).flagged == {1}
+
+
+def test_diagnoses_are_compared_from_nothing_and_once_more(side):
+    both = {
+        "former": {"first": {"processor_seconds": 90.0}, "again": {"processor_seconds": 60.0}},
+        "present": {"first": {"processor_seconds": 45.0}, "again": {"processor_seconds": 20.0}},
+    }
+    diagnosed = {**side, "diagnoses": [{"case": "motion_alone", **both}]}
+    shown = diagnosis_table(diagnosed)
+    assert shown.rows == [("motion alone", "90.0", "45.0", "2.0", "60.0", "20.0", "3.0")]
+    template = page_template("scapulohumeral.report", "speed.html.j2")
+    found = [template.render(speed=speed_content({"side_by_side": r})) for r in (side, diagnosed)]
+    assert ["motion alone" in text for text in found] == [False, True]
 
 
 def test_the_section_says_what_was_not_run(side):

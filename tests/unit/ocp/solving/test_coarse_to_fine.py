@@ -38,9 +38,9 @@ def start(family):
 
 
 def test_the_mesh_on_the_way_has_a_quarter_or_a_half_of_the_intervals():
-    assert coarse_nodes(81) == (21,)
-    assert coarse_nodes(41) == (21,)
-    assert coarse_nodes(21) == ()
+    assert coarse_nodes(121) == (31,)
+    assert coarse_nodes(81) == (41,)
+    assert coarse_nodes(41) == ()
 
 
 def test_straight_lines_and_constant_densities_are_carried_over_exactly(family):

@@ -29,14 +29,23 @@ SPRING_TORQUE_NM = (1.0, 1.0, 0.25, 0.0)
 SPRING_REST_DEG = {"SC": (-21.5, 5.0, 0.3), "AC": (52.6, 7.0, 1.0), "GH": (0.0, 0.0, 0.0)}
 ELBOW_REST_DEG = 80.0
 DAMPING_NMS_PER_RAD = 0.5
-# Conoid ligament (das3_readosim.m of 98b9480): stiffness [N/m], slack length [m], and smoothing,
-# which their law k/2 (d + sqrt(d^2 + eps)) does not square [m^2].
+# Conoid ligament (das3_readosim.m of 98b9480): stiffness [N/m], slack length [m], smoothing, which
+# their law k/2 (d + sqrt(d^2 + eps)) does not square [m^2], and insertion [m]: beside the origin of
+# muscle 83, the long head of the biceps in DAS3, the short head in a model without serr_ant12.
 CONOID_STIFFNESS_N_PER_M = 1000.0
 CONOID_LENGTH_M = 0.017
 CONOID_EPS_M2 = 1e-3
-# Contact ellipsoid (wrap object thoracic_wall of scaled_par2.xml, 98b9480) [m].
+CONOID_INSERTION_M = (-0.0094, -0.0176, -0.0312)
+# Contact (das3_readosim.m takes it from scaled_par2.xml, both of 98b9480) [m]: the ellipsoid is wrap
+# object thoracic_wall, the points are the skin markers TS and AI, 25 mm behind those of DAS3. On
+# this surface the lower angle of the published scapulae glides within 1 mm; the recorded scapulae
+# are deep inside.
 THORAX_CENTRE_M = (0.0, -0.1347, 0.0550)
 THORAX_RADII_M = (0.1380, 0.2074, 0.1046)
+CONTACT_POINTS_M = {
+    "contact_TS": (-0.1036, -0.0134, 0.0281),
+    "contact_AI": (-0.1063, -0.1254, 0.0277),
+}
 # Least share of their force that lost muscles keep (56eeedd): none would divide by zero.
 LEAST_FORCE = 1e-6
 SCALAR_PARTS = [0, 4, 8]
@@ -125,9 +134,11 @@ def chosen_parameters(parameters: np.ndarray, choices: ProblemChoices) -> np.nda
             "conoid_stiffness": CONOID_STIFFNESS_N_PER_M,
             "conoid_length": CONOID_LENGTH_M,
             "conoid_eps": np.sqrt(CONOID_EPS_M2),
+            "conoid_insertion": CONOID_INSERTION_M,
         }
     if choices.contact == "published":
         values |= {"thorax_centre": THORAX_CENTRE_M, "thorax_radii": THORAX_RADII_M}
+        values |= CONTACT_POINTS_M
     if choices.contact == "none":
         values["contact_stiffness"] = 0.0
     if not choices.stops:

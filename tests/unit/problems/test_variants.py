@@ -3,13 +3,22 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
+import yaml
 from arm import parameters
+from places import REPOSITORY
 from small_arm import small_muscles
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
+from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.problems.problem_choices import (
+    CONTACT_POINTS_M,
+    THORAX_CENTRE_M,
+    THORAX_RADII_M,
     ProblemChoices,
     chosen_bounds,
     chosen_parameters,
@@ -27,6 +36,7 @@ from scapulohumeral.problems.variants import (
 
 pytestmark = pytest.mark.unit
 
+PAR2 = yaml.safe_load((REPOSITORY / "config/participants/par2/participant.yaml").read_text())
 PUBLISHED = {"model": {"masses": "divided"}, "problem": {"stops": False, "conoid": "soft"}}
 LADDER = {
     "start": "published",
@@ -95,10 +105,13 @@ def test_the_studys_own_choices_change_no_parameter():
 @pytest.mark.parametrize(
     ("choices", "blocks"),
     [
-        ({"conoid": "soft"}, {"conoid_stiffness", "conoid_eps"}),
+        ({"conoid": "soft"}, {"conoid_stiffness", "conoid_eps", "conoid_insertion"}),
         ({"stops": False}, {"stop_stiffness"}),
         ({"contact": "none"}, {"contact_stiffness"}),
-        ({"contact": "published"}, {"thorax_centre", "thorax_radii"}),
+        (
+            {"contact": "published"},
+            {"thorax_centre", "thorax_radii", "contact_TS", "contact_AI"},
+        ),
         ({"capsule_Nm": 0.5}, {"spring_torque"}),
     ],
 )
@@ -107,6 +120,30 @@ def test_a_choice_changes_its_own_parameters_only(choices, blocks):
     after = unpack(chosen_parameters(pack(before), ProblemChoices(**choices)))
     changed = {name for name in before if not np.array_equal(before[name], after[name])}
     assert changed == blocks
+
+
+@pytest.mark.parametrize("condition", ["healthy", "rc_limited"])
+def test_published_scapulae_glide_on_the_published_thorax(condition):
+    """Of the joints of par2 nothing is fitted: points, surface and motion belong together."""
+    table = pd.read_csv(REPOSITORY / "config/model/joints.csv", index_col="joint")
+    of_parent = {"sc1": "thorax", "ac1": "clavicle_r", "gh1": "scapula_r"}
+    locations = {
+        joint: table.loc[joint, ["location_x_m", "location_y_m", "location_z_m"]].to_numpy(float)
+        * PAR2["scale"][segment]
+        for joint, segment in of_parent.items()
+    }
+    motion = read_motion(
+        REPOSITORY / f"config/participants/par2/published/composite_{condition}.csv"
+    )
+    origin, axes = chain_frames(locations, published_pose(motion))["scapula_r"]
+
+    def level(point: str) -> np.ndarray:
+        position = origin + axes @ np.array(CONTACT_POINTS_M[point])
+        return np.sum(((position - THORAX_CENTRE_M) / THORAX_RADII_M) ** 2, axis=1) - 1.0
+
+    # A level of 0.02 is one millimetre.
+    assert np.abs(level("contact_AI")).max() < 0.02
+    assert level("contact_TS").min() > 0.0
 
 
 def test_exponential_springs_replace_linear_ones():

@@ -36,7 +36,7 @@ CONOID_STIFFNESS_N_PER_M = 1000.0
 CONOID_LENGTH_M = 0.017
 CONOID_EPS_M2 = 1e-3
 CONOID_INSERTION_M = (-0.0094, -0.0176, -0.0312)
-# Contact (das3_readosim.m takes it from scaled_par2.xml, both of 98b9480) [m]: the ellipsoid is wrap
+# Contact (scaled_par2.xml of 98b9480, as das3_readosim.m reads it) [m]: the ellipsoid is wrap
 # object thoracic_wall, the points are the skin markers TS and AI, 25 mm behind those of DAS3. On
 # this surface the lower angle of the published scapulae glides within 1 mm; the recorded scapulae
 # are deep inside.

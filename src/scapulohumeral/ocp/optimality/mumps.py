@@ -24,8 +24,12 @@ GENERAL_SYMMETRIC = 2
 WORLD = -987654  # communicator of the sequential library
 INITIALISE, FACTORISE, SOLVE, TERMINATE = -1, 4, 3, -2
 # Controls by MUMPS' own numbers: silent; METIS ordering as for IPOPT; spare memory for delayed
-# pivots [%] and detection of null pivots.
-CONTROLS = {1: -1, 2: -1, 3: -1, 4: 0, 7: 5, 14: 1000, 24: 1}
+# pivots [%], at first and at most, and detection of null pivots.
+CONTROLS = {1: -1, 2: -1, 3: -1, 4: 0, 7: 5, 24: 1}
+SPARE_MEMORY = 14
+SPARE_PERCENT, LARGEST_SPARE_PERCENT = 100, 1600
+# Codes of a factorisation that ran out of its spare memory.
+OUT_OF_SPACE = (-8, -9)
 NEGATIVE_PIVOTS, NULL_PIVOTS = 12, 28
 # Columns solved for at once: memory of the right-hand sides stays small.
 BLOCK = 64
@@ -122,7 +126,7 @@ class SymmetricFactors:
         self._instance.irn = self._rows.ctypes.data
         self._instance.jcn = self._columns.ctypes.data
         self._instance.a = self._values.ctypes.data
-        self._call(FACTORISE)
+        self._factorise()
         negative, zero = (self._instance.infog[i - 1] for i in (NEGATIVE_PIVOTS, NULL_PIVOTS))
         self.inertia = (self.order - negative - zero, negative, zero)
 
@@ -151,6 +155,18 @@ class SymmetricFactors:
                 f"{MAX_RELATIVE_RESIDUAL:g}; the matrix is nearly singular"
             )
         return solution.reshape(right.shape)
+
+    def _factorise(self) -> None:
+        """Analyse and factorise, with twice the spare memory as often as it does not do."""
+        spare = SPARE_PERCENT
+        while True:
+            self._instance.icntl[SPARE_MEMORY - 1] = spare
+            try:
+                return self._call(FACTORISE)
+            except SolveError:
+                if self._instance.infog[0] not in OUT_OF_SPACE or spare >= LARGEST_SPARE_PERCENT:
+                    raise
+                spare *= 2
 
     def _back_substitute(self, columns: np.ndarray) -> np.ndarray:
         solution = np.array(columns, dtype=float, order="F")

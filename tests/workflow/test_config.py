@@ -9,6 +9,7 @@ import yaml
 
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.check import schema
+from scapulohumeral.configuration.recovery import Recovery
 from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.gap.settings import GapSection
@@ -22,6 +23,7 @@ FILES = {
     "gap/blind.yaml": BlindBenchmark,
     "bench.yaml": SolverBenchmark,
     "sensitivity.yaml": Sensitivity,
+    "recovery.yaml": Recovery,
 }
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.configuration.check import read_sensitivity
+from scapulohumeral.configuration.check import read_recovery, read_sensitivity
 from scapulohumeral.problems import sensitivity, variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
@@ -45,7 +45,7 @@ def recording(wildcards):
 
 def recordings(wildcards):
     """All recorded motions of a participant, configured or not: they span its range of motion."""
-    return [str(path) for path in STUDY.trials(wildcards.participant).values()]
+    return list(dict.fromkeys(str(path) for path in STUDY.trials(wildcards.participant).values()))
 
 
 def elevations(wildcards):
@@ -215,6 +215,42 @@ def tried_study(pattern):
     """Paths of the study's own predictions that variants were tried beside."""
     tried = config["variants"]["tried"]
     return expand(pattern, participant=tried["participants"], condition=tried["condition"])
+
+
+RECOVERY = read_recovery(Path("config/recovery.yaml"))
+
+
+def recovery_model(wildcards):
+    """Model and muscle geometry of a simulated arm."""
+    participant, plant = wildcards.participant, RECOVERY.plants[wildcards.plant]
+    own = variants.model_name(config["model"], {"serratus_path": plant.serratus_path})
+    if own is None:
+        return {
+            "model": f"results/models/{participant}.json",
+            "geometry": f"results/muscle_geometry/{participant}/quaternion.npz",
+        }
+    return {
+        "model": f"results/variants/models/{own}/{participant}.json",
+        "geometry": f"results/variants/geometry/{own}/{participant}/quaternion.npz",
+    }
+
+
+def has_own_factors(wildcards):
+    """Whether the muscles of a simulated arm differ from the model's."""
+    return RECOVERY.plants[wildcards.plant].factors == "own"
+
+
+def recovery_weights(wildcards):
+    """What a simulated arm minimises."""
+    power = RECOVERY.plants[wildcards.plant].activation_power
+    return {**config["weights"]["calibration"], "activation_power": power}
+
+
+def recovery_electrodes(wildcards):
+    """How the EMG of a simulated arm is taken."""
+    plant = RECOVERY.plants[wildcards.plant]
+    seen = {"cross_talk": plant.cross_talk, "mvc_effort": plant.mvc_effort}
+    return {**config["emg"]["simulation"], **seen}
 
 
 SENSITIVITY = read_sensitivity(Path("config/sensitivity.yaml"))

@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 from scapulohumeral.configuration.benchmarks import BlindBenchmark, SolverBenchmark
 from scapulohumeral.configuration.fields import Section
 from scapulohumeral.configuration.real_cases import RealCases
+from scapulohumeral.configuration.recovery import Recovery
 from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.configuration.sensitivity import Sensitivity
 from scapulohumeral.documents import expected, read_yaml
@@ -25,6 +26,7 @@ STUDY = CONFIG_FOLDER / "config.yaml"
 BLIND = CONFIG_FOLDER / "gap" / "blind.yaml"
 BENCH = CONFIG_FOLDER / "bench.yaml"
 SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
+RECOVERY = CONFIG_FOLDER / "recovery.yaml"
 REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
 
 REMEDY = "Expected a YAML file of the configuration."
@@ -69,6 +71,11 @@ def read_bench(path: Path = BENCH) -> SolverBenchmark:
 def read_sensitivity(path: Path = SENSITIVITY) -> Sensitivity:
     """What is changed in one prediction to see how far it depends on it."""
     return checked(Sensitivity, read_yaml(path, REMEDY), f"{path}, ", SENSITIVITY)
+
+
+def read_recovery(path: Path = RECOVERY) -> Recovery:
+    """To whose EMG a model is calibrated to see what it recovers."""
+    return checked(Recovery, read_yaml(path, REMEDY), f"{path}, ", RECOVERY)
 
 
 def read_real_cases(path: Path = REAL_CASES) -> RealCases:

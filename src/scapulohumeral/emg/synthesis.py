@@ -47,6 +47,7 @@ class SimulationSettings:
     electrode_noise_v : root mean square of the noise of electrode and amplifier
     cross_talk : share of a neighbour's amplitude that reaches an electrode
     mvc_hold_s : how long a maximal contraction is held
+    mvc_effort : excitation that is reached in it, 1 if it is maximal
     seed : of all random numbers
     """
 
@@ -56,12 +57,17 @@ class SimulationSettings:
     cross_talk: float
     mvc_hold_s: float
     seed: int
+    mvc_effort: float = 1.0
 
     def __post_init__(self) -> None:
         if self.rate_hz < 10.0 * HIGH_HZ:
             raise ConfigError(
                 f"emg.simulation.rate_hz: {self.rate_hz}; the spectrum of EMG needs at least "
                 f"{10 * HIGH_HZ:.0f} Hz."
+            )
+        if not 0.0 < self.mvc_effort <= 1.0:
+            raise ConfigError(
+                f"emg.simulation.mvc_effort: {self.mvc_effort}; expected more than 0, at most 1"
             )
 
 
@@ -118,7 +124,8 @@ def simulate_mvc(
     count = len(channels.names)
     block = np.cumsum([MVC_REST_S, MVC_RAMP_S, settings.mvc_hold_s, MVC_RAMP_S, MVC_REST_S])
     knots = np.concatenate([block[:4] + k * block[4] for k in range(count)])
-    excitations = np.kron(np.eye(count), np.array([[0.0], [1.0], [1.0], [0.0]]))
+    held = settings.mvc_effort
+    excitations = np.kron(np.eye(count), np.array([[0.0], [held], [held], [0.0]]))
     return simulate_recording(knots, excitations, channels, settings, stream)
 
 

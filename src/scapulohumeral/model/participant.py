@@ -82,6 +82,11 @@ class Participant:
     trials: Mapping[str, Trial]
     predictions: Mapping[str, Path]
 
+    @property
+    def recordings(self) -> list[Motion]:
+        """What was recorded: a file counts once, whatever the hand is taken to have held in it."""
+        return list({trial.file: trial.motion for trial in self.trials.values()}.values())
+
     def trial(self, name: str) -> Trial:
         """The trial of that name.
 

@@ -131,6 +131,7 @@ class Objective:
     elbow_activity : (N,) the same of the elbow, None where it is no other
     emg : envelopes that J_EMG follows
     effort : (M,) factor of each muscle in J_act, or (1,) of all
+    effort_power : power of the activations in J_act, 2 in the paper
     """
 
     errors: PoseErrors
@@ -143,6 +144,7 @@ class Objective:
     emg: EmgTerm | None = None
     elbow_activity: np.ndarray | None = None
     effort: np.ndarray = field(default_factory=lambda: np.ones(1))
+    effort_power: float = 2.0
 
     def __post_init__(self) -> None:
         """Refuse a weight on EMG that is not there, and EMG on another mesh."""
@@ -223,7 +225,7 @@ class Objective:
         groups = np.array(self.errors.groups)
         terms = {g: float(cost[:, groups == g].sum()) for g in dict.fromkeys(self.errors.groups)}
         terms["activation"] = w.activation * float(
-            self._quadrature @ (self.effort * x.a**2).sum(axis=1)
+            self._quadrature @ (self.effort * np.abs(x.a) ** self.effort_power).sum(axis=1)
         )
         terms["speed_rate"] = self._rate(x.u, w.regularisation)
         terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
@@ -256,7 +258,7 @@ class Objective:
         return Trajectory(
             q=np.einsum("ne,neq->nq", 2 * self._error_weights * error, jacobian),
             u=self._rate_gradient(x.u, w.regularisation),
-            a=2 * w.activation * self._quadrature[:, None] * self.effort * x.a,
+            a=w.activation * self._quadrature[:, None] * self.effort * self._effort_slope(x.a),
             e=excitation,
             reaction=reaction,
             scalers=2 * w.parameters * (x.scalers - 1),
@@ -283,13 +285,29 @@ class Objective:
         return ObjectiveHessian(
             q=h_q,
             reaction=h_r,
-            a=2 * self.weights.activation * self._quadrature[:, None] * self.effort,
+            a=self.weights.activation
+            * self._quadrature[:, None]
+            * (self.effort * self._effort_curvature(x.a)),
             e=2 * self._emg_weights,
             rate_u=2 * self.weights.regularisation / self.step,
             rate_e=2 * self.weights.excitation_rate / self.step,
             rate_reaction=2 * self.weights.reaction_rate / self.step,
             scalers=2 * self.weights.parameters,
         )
+
+    def _effort_slope(self, activation: np.ndarray) -> np.ndarray:
+        """Derivative (N, M) of powers of activations, which solvers leave below 0 by 1e-8."""
+        if self.effort_power == 2.0:
+            return 2.0 * activation
+        power = self.effort_power
+        return power * np.sign(activation) * np.abs(activation) ** (power - 1.0)
+
+    def _effort_curvature(self, activation: np.ndarray) -> np.ndarray:
+        """Second derivative (N, M), or (1, 1) where it is the same everywhere."""
+        if self.effort_power == 2.0:
+            return np.full((1, 1), 2.0)
+        power = self.effort_power
+        return power * (power - 1.0) * np.abs(activation) ** (power - 2.0)
 
     def _glenoid(self, x: Trajectory) -> np.ndarray:
         return np.tile(self.glenoid, (len(x.q), 1))

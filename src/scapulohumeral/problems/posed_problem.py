@@ -164,6 +164,7 @@ def pose(
         objective=replace(
             make_objective(model, target, settings),
             effort=effort_factors(muscles, settings.weights.get("strength_exponent", 0.0)),
+            effort_power=settings.weights.get("activation_power", 2.0),
         ),
         target=target,
     )

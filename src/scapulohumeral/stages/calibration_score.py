@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.errors import ConfigError
@@ -49,6 +50,33 @@ def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -
     else:
         document["scores"] = None
     scored.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def recovery_table(scored: Mapping[str, Path]) -> pd.DataFrame:
+    """Calibrated scalers beside those of the simulated arms whose EMG they were calibrated to.
+
+    Parameters
+    ----------
+    scored : what :func:`score` wrote, by name of the arm
+
+    Returns
+    -------
+    table, one row per arm, muscle group and kind of scaler [1]
+        arm, group, kind, plant, value, low, high (90 % interval), covered, identifiable,
+        paper_problem (the paper's estimate), misfit (of EMG, 1 if noise explains it), status
+    """
+    rows = []
+    for arm, path in scored.items():
+        document = json.loads(path.read_text(encoding="utf-8"))
+        for group, entry in document["groups"].items():
+            for kind in KINDS:
+                found = entry[kind]
+                low, high = found["ci90"]
+                kept = ("plant", "value", "covered", "identifiable", "paper_problem")
+                row = {"arm": arm, "group": group, "kind": kind, "low": low, "high": high}
+                row |= {name: found[name] for name in kept}
+                rows.append(row | {"misfit": document["misfit"], "status": document["status"]})
+    return pd.DataFrame(rows)
 
 
 def _scores(groups: Mapping[str, Any]) -> dict[str, Any]:

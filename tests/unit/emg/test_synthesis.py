@@ -101,6 +101,16 @@ def test_mvc_of_every_channel_is_its_own_full_excitation() -> None:
     np.testing.assert_allclose(mvc_amplitudes(mvc, ENVELOPE), rectified, rtol=0.08)
 
 
+def test_weaker_contractions_are_smaller_by_as_much() -> None:
+    mvc, weak = (
+        mvc_amplitudes(simulate_mvc(CHANNELS, settings, random_stream(1, "par2", "mvc")), ENVELOPE)
+        for settings in (SIMULATION, replace(SIMULATION, mvc_effort=0.8))
+    )
+    np.testing.assert_allclose(weak, 0.8 * mvc, rtol=0.01)
+    with pytest.raises(ConfigError, match="mvc_effort: 0"):
+        replace(SIMULATION, mvc_effort=0.0)
+
+
 def test_same_seed_and_names_same_signals() -> None:
     first, again = (simulate(elevation(), "par2", "frontal").volts for _ in range(2))
     np.testing.assert_array_equal(first, again)

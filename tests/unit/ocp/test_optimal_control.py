@@ -29,8 +29,8 @@ NODES = 5
 def make(equations):
     """Function that builds the small problem with a Hessian mode."""
 
-    def make(hessian="exact", nodes=NODES, stability=2.0, bounds=None):
-        objective = small_objective(equations.name, nodes, stability)
+    def make(hessian="exact", nodes=NODES, stability=2.0, bounds=None, power=2.0):
+        objective = replace(small_objective(equations.name, nodes, stability), effort_power=power)
         return small_problem(equations, objective, hessian, bounds=bounds)
 
     return make
@@ -43,8 +43,9 @@ def point(make):
     return off_equalities(problem.layout.join(cold_guess(problem, NODES)))
 
 
-def test_gradient_matches_differences(make, point):
-    problem = make()
+@pytest.mark.parametrize("power", [2.0, 3.0])
+def test_gradient_matches_differences(make, point, power):
+    problem = make(power=power)
     expected = differences(lambda x: np.array(problem.objective(x)), point)
     assert_close(problem.gradient(point), expected, 1e-7)
 
@@ -56,8 +57,9 @@ def test_jacobian_matches_differences(make, point):
     assert_close(actual, differences(problem.constraints, point), 1e-7)
 
 
-def test_exact_hessian_matches_differences(make, point):
-    problem = make()
+@pytest.mark.parametrize("power", [2.0, 3.0])
+def test_exact_hessian_matches_differences(make, point, power):
+    problem = make(power=power)
     multipliers = np.random.default_rng(4).normal(size=problem.num_constraints)
     shape = (problem.num_constraints, problem.num_free)
     structure = problem.jacobianstructure()

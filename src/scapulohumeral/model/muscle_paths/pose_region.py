@@ -63,15 +63,13 @@ def _all(poses: Array) -> np.ndarray:
 
 
 def recorded_angles(participant: Participant) -> Array:
-    """Joint angles of all frames of all trials of a participant, shape (F, 10) [rad]."""
-    return np.concatenate([trial.motion.angles_rad for trial in participant.trials.values()])
+    """Joint angles of all frames that were recorded of a participant, shape (F, 10) [rad]."""
+    return np.concatenate([motion.angles_rad for motion in participant.recordings])
 
 
 def recorded_poses(participant: Participant) -> Array:
-    """Poses of all frames of all trials of a participant, shape (F, 13)."""
-    return np.concatenate(
-        [trial_to_pose(trial.motion.angles_rad) for trial in participant.trials.values()]
-    )
+    """Poses of all frames that were recorded of a participant, shape (F, 13)."""
+    return np.concatenate([trial_to_pose(m.angles_rad) for m in participant.recordings])
 
 
 def draw_sample_angles(

@@ -61,6 +61,7 @@ rule render_report:
         sensitivity=committed_table("sensitivity"),
         postures=committed_table("static_postures"),
         tried=committed_table("tried"),
+        recovery=committed_table("recovery"),
         moment_arms=["config/literature/moment_arms.csv"],
         joint_force=["config/literature/joint_force.csv"],
         geometry=expand(

@@ -39,6 +39,7 @@ def calibration_chapter(study: Study) -> dict[str, Any] | None:
         "figure": calibration_figures.scaler_figure(coordination),
         "scores": calibration_figures.score_table(coordination),
         "scalers": calibration_figures.scaler_table(coordination),
+        "recovery": calibration_figures.recovery_table(coordination.recovery),
     }
 
 

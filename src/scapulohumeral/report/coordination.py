@@ -50,6 +50,7 @@ class CoordinationFiles:
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
     tried : table of variants against the recordings
+    recovery : table of calibrations to arms of other structure
     moment_arms, joint_force : published measurements (config/literature)
     geometry : muscle geometry of quaternion models ``<participant>/quaternion.npz``
     """
@@ -71,6 +72,7 @@ class CoordinationFiles:
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
     tried: Sequence[Path] = ()
+    recovery: Sequence[Path] = ()
     moment_arms: Sequence[Path] = ()
     joint_force: Sequence[Path] = ()
     geometry: Sequence[Path] = ()
@@ -243,6 +245,7 @@ class Coordination:
     sensitivity : what weights, mesh and start change, empty if it was not computed
     postures : girdles of least effort under a still arm, empty if they were not computed
     tried : variants against the recordings, empty if they were not computed
+    recovery : calibrations to arms of other structure, empty if they were not computed
     """
 
     channels: Channels | None
@@ -260,6 +263,7 @@ class Coordination:
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
     postures: pd.DataFrame = field(default_factory=pd.DataFrame)
     tried: pd.DataFrame = field(default_factory=pd.DataFrame)
+    recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -308,6 +312,7 @@ def read_coordination(
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
         tried=_read_table(files.tried),
+        recovery=_read_table(files.recovery),
     )
 
 

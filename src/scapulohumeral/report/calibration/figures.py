@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 
 from scapulohumeral.report.coordination import Coordination
@@ -110,6 +111,31 @@ def score_table(coordination: Coordination) -> Table:
         "over all groups [%]", "paper's problem, identifiable groups [%]",
         "90 % intervals that cover the plant [%]",
         "factors on activation and deactivation time", "refinement",
+    )  # fmt: skip
+    return Table(columns, rows)
+
+
+def recovery_table(found: pd.DataFrame) -> Table:
+    """Errors of calibrations to arms of other structure, by arm and kind, over all groups."""
+    rows: list[tuple[str, ...]] = []
+    for (arm, kind), part in found.groupby(["arm", "kind"], sort=False) if len(found) else ():
+        told = part[part.identifiable]
+        rows.append(
+            (
+                str(arm).replace("_", " "),
+                KIND_NAMES[str(kind)],
+                _percent((part.value / part.plant - 1.0).abs().median()),
+                _percent((part.paper_problem / part.plant - 1.0).abs().median()),
+                f"{len(told)} of {len(part)}",
+                f"{int(told.covered.sum())} of {len(told)}",
+                f"{part.misfit.iloc[0]:.2f}",
+                str(part.status.iloc[0]),
+            )
+        )
+    columns = (
+        "simulated arm", "scaler of", "median error [%]", "paper's problem [%]",
+        "identifiable groups", "of these, 90 % intervals that cover the arm's value",
+        "misfit of EMG over its noise", "refinement",
     )  # fmt: skip
     return Table(columns, rows)
 

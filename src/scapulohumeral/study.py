@@ -133,6 +133,15 @@ class Study:
         """All pairs of participant and condition that are predicted."""
         return [(name, each) for name in self.participants for each in self.conditions(name)]
 
+    def spread(self) -> list[tuple[str, str]]:
+        """Pairs of participant and condition that get a spread from that of the scalers."""
+        return [
+            (participant, name)
+            for participant, name in self.predicted()
+            if name in self.config["prediction"]["scaler_spread"]
+            and self.condition(name, participant)["parameters"] == "calibrated"
+        ]
+
     def validated(self) -> list[tuple[str, str]]:
         """All pairs of participant and daily task."""
         return [(name, task) for name in self.participants for task in self.tasks(name)]
@@ -242,7 +251,7 @@ def _check_conditions(study: Study) -> None:
     """Refuse predictions that are not described, or that never come to a start."""
     section = study.config["prediction"]
     conditions = section["conditions"]
-    chosen = {"predict": section["predict"]}
+    chosen = {"predict": section["predict"], "scaler_spread": section["scaler_spread"]}
     chosen |= {f"predict_also.{name}": also for name, also in section["predict_also"].items()}
     for key, names in chosen.items():
         for name in names:

@@ -42,6 +42,46 @@ rule solve_prediction:
         "../scripts/solve_prediction.py"
 
 
+rule spread_scalers:
+    input:
+        unpack(prediction_inputs),
+        participant=PARTICIPANT_FILE,
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=tracked_elevations,
+        solution="results/prediction/{participant}/{condition}.npz",
+        code=code_of("scapulohumeral.stages.checks.scaler_spread"),
+    output:
+        table="results/prediction/{participant}/{condition}_spread.csv",
+    log:
+        python="results/logs/spread_scalers/{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/spread_scalers/{participant}_{condition}.jsonl"
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/prediction"),
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        guidance=lookup(within=config, dpath="prediction/guidance"),
+        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
+        condition=condition_of,
+        problem={},
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=20,
+    message:
+        "Spread of a prediction by its scalers: participant {wildcards.participant},"
+        " {wildcards.condition}"
+    script:
+        "../scripts/spread_scalers.py"
+
+
 rule summarise_predictions:
     input:
         solutions=prediction_results("results/prediction/{participant}/{condition}.npz"),

@@ -54,6 +54,9 @@ rule render_report:
         ),
         prediction_summary=prediction_table("summary"),
         rhythm=prediction_table("shr"),
+        spreads=paths_of(
+            "results/prediction/{participant}/{condition}_spread.csv", STUDY.spread(), "condition"
+        ),
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
         targets=["config/targets.yaml"],

@@ -283,6 +283,9 @@ class Prediction(Section):
         key("Participants predicted with generic muscles, whatever conditions say [no unit]."),
         Once,
     ]
+    scaler_spread: Annotated[
+        Conditions, key("Conditions with a spread from that of the scalers [no unit].")
+    ]
     max_iterations: Annotated[
         Whole,
         key("Iterations after which a solve of a prediction counts as failed [1].", ge=1, le=20000),

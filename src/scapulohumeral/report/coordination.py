@@ -45,6 +45,7 @@ class CoordinationFiles:
     validation : table of errors; validation_solutions : of the daily tasks
     predictions, prediction_summaries : in the same order
     prediction_summary, rhythm : tables of all predictions
+    spreads : tables of what uncertain scalers do to predictions
     against_recording, against_published : tables of their distances; targets : their limits
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
@@ -65,6 +66,7 @@ class CoordinationFiles:
     prediction_summaries: Sequence[Path] = ()
     prediction_summary: Sequence[Path] = ()
     rhythm: Sequence[Path] = ()
+    spreads: Sequence[Path] = ()
     against_recording: Sequence[Path] = ()
     against_published: Sequence[Path] = ()
     targets: Sequence[Path] = ()
@@ -246,6 +248,7 @@ class Coordination:
     postures : girdles of least effort under a still arm, empty if they were not computed
     tried : variants against the recordings, empty if they were not computed
     recovery : calibrations to arms of other structure, empty if they were not computed
+    spreads : what uncertain scalers do to predictions, empty without calibrated predictions
     """
 
     channels: Channels | None
@@ -264,6 +267,7 @@ class Coordination:
     postures: pd.DataFrame = field(default_factory=pd.DataFrame)
     tried: pd.DataFrame = field(default_factory=pd.DataFrame)
     recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
+    spreads: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -313,6 +317,7 @@ def read_coordination(
         postures=_read_table(files.postures),
         tried=_read_table(files.tried),
         recovery=_read_table(files.recovery),
+        spreads=_read_table(files.spreads),
     )
 
 

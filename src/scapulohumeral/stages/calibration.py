@@ -22,7 +22,7 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
-from scapulohumeral.errors import SolveError
+from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import Trajectory
@@ -126,6 +126,8 @@ def calibrate(
         "iterations": len(refined.history),
         "history": refined.history,
         "groups": describe(study.scalers, refined, first.scalers, settings),
+        # Forces of all groups, then fibres.
+        "covariance": refined.covariance.tolist(),
     }
     scalers.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
@@ -157,6 +159,19 @@ def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
     """Calibrated values, shape (2, G), forces first."""
     groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
+
+
+def read_covariance(path: Path) -> np.ndarray:
+    """Covariance (2 G, 2 G) of the calibrated values, forces of all groups first.
+
+    Raises
+    ------
+    DataError                        a calibration that was written without it
+    """
+    document = json.loads(path.read_text(encoding="utf-8"))
+    if "covariance" not in document:
+        raise DataError(f"{path}: no key covariance; calibrate again")
+    return np.array(document["covariance"])
 
 
 def calibrated_muscles(

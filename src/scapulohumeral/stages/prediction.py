@@ -221,10 +221,7 @@ def solve_prediction(
 
     A solve that fails is written too, sealed by its status.
     """
-    model = load_model(files.model)
-    muscles = calibrated_muscles(model.record, files.channels, files.calibration)
-    composite = _composite(model, muscles, files, settings)
-    scene = _Scene(model, composite, muscles, condition, settings)
+    scene = _scene(condition, files, settings)
     seconds, iterations, progress = 0.0, 0, ""
     for way in _ways(scene, files):
         start = way.start
@@ -240,6 +237,20 @@ def solve_prediction(
     solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
     _write(scene, files, posed, result, solution, way.name)
+
+
+def posed_condition(
+    condition: Condition, files: PredictionFiles, settings: PredictionSettings
+) -> PosedProblem:
+    """The problem of a condition as :func:`solve_prediction` solves it last."""
+    return _scene(condition, files, settings).posed(condition.capacity)
+
+
+def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSettings) -> _Scene:
+    model = load_model(files.model)
+    muscles = calibrated_muscles(model.record, files.channels, files.calibration)
+    composite = _composite(model, muscles, files, settings)
+    return _Scene(model, composite, muscles, condition, settings)
 
 
 def _composite(

@@ -66,6 +66,15 @@ def test_predictions_are_those_of_all_and_those_of_one() -> None:
     assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
 
 
+def test_only_calibrated_predictions_get_a_spread_of_their_scalers() -> None:
+    def asked(*names: str) -> Edit:
+        return lambda config: config["prediction"].update(scaler_spread=list(names))
+
+    assert study(asked("healthy", "cuff_w2")).spread() == [("par2", "healthy")]
+    with pytest.raises(ConfigError, match=r"prediction\.scaler_spread' names 'healthi'"):
+        study(asked("healthi"))
+
+
 def test_muscles_calibrated_to_a_random_plant_are_not_predicted_with() -> None:
     one = study()
     assert one.condition("cuff_w2", "par2")["parameters"] == "calibrated"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+import pandas as pd
 
 from scapulohumeral.model.rotations import relative_angle, segment_orientations
 from scapulohumeral.quantities.population import RHYTHM
@@ -89,6 +90,27 @@ def _pair_row(first: Prediction, second: Prediction) -> tuple[str, ...]:
         f"{angle.max():.2f}",
         f"{activation.max():.3f}",
     )
+
+
+def spread_table(spreads: pd.DataFrame) -> Table:
+    """Upward rotation at fixed elevations, with its standard deviation by that of the scalers."""
+    rows = [
+        (
+            str(row.participant),
+            str(row.condition),
+            str(row.plane),
+            f"{row.arm_deg:g}",
+            f"{row.upward_rotation_deg:.1f}",
+            f"{row.sd_deg:.1f}",
+            f"{row.mostly_by} ({row.by_it_deg:.1f})".replace("_", " "),
+        )
+        for row in named_rows(spreads)
+    ]
+    columns = (
+        "participant", "shoulder", "plane", "arm [deg]", "upward rotation [deg]",
+        "standard deviation [deg]", "mostly by (alone [deg])",
+    )  # fmt: skip
+    return Table(columns, rows)
 
 
 def stability(coordination: Coordination) -> Table:

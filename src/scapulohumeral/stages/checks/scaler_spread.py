@@ -1,0 +1,152 @@
+"""How uncertain a prediction is because calibrated muscle parameters are.
+
+The solution moves with the scalers as its optimality conditions say; one factorisation of their
+matrix gives its derivatives by all of them (:mod:`scapulohumeral.ocp.optimality.sensitivity`). With
+the covariance of the calibration these are a covariance of the prediction, to first order and with
+the same active bounds.
+
+Letters: N nodes, G groups, P = 2 G scalers, forces first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.dynamics.hill import MuscleParameters
+from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.channels import read_channels
+from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.optimality.kkt import assemble_kkt
+from scapulohumeral.ocp.optimality.sensitivity import (
+    Variant,
+    condition_derivatives,
+    sensitivity,
+    variant,
+)
+from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solving.solver import Start
+from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.posed_problem import PosedProblem, effort_factors
+from scapulohumeral.quantities.published_distance import LEVELS_DEG, at_level
+from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
+from scapulohumeral.stages.calibration import KINDS, read_covariance, read_scalers
+from scapulohumeral.stages.prediction import (
+    Condition,
+    PredictionFiles,
+    PredictionSettings,
+    limit_capacity,
+    posed_condition,
+)
+
+# Step along a derivative for differences of angles, as a share of one whole scaler [1].
+SHARE = 1e-4
+
+
+def scaler_spread(
+    solution: Path, condition: Condition, files: PredictionFiles, settings: PredictionSettings
+) -> pd.DataFrame:
+    """Upward rotation of a prediction with its standard deviation from that of the scalers.
+
+    Returns
+    -------
+    table, one row per plane and elevation of the rising arm
+        participant, condition, plane, arm_deg, upward_rotation_deg, sd_deg; mostly_by, the scaler
+        that alone would leave most of it, and by_it_deg, how much
+
+    Raises
+    ------
+    ConfigError                      a prediction with generic muscles
+    SolveError                       a prediction that failed
+    """
+    if files.calibration is None:
+        raise ConfigError(
+            f"prediction {condition.name}: its muscles are generic, so no calibration makes it "
+            "uncertain; choose a condition with calibrated parameters"
+        )
+    solved = read_solution(solution)
+    posed = posed_condition(condition, files, settings)
+    record, generic = posed.model.record, muscle_parameters(posed.model.record)
+    scalers = muscle_groups(record, read_channels(files.channels))
+    values = read_scalers(files.calibration, scalers)
+
+    def muscles_of(theta: np.ndarray) -> MuscleParameters:
+        scaled = scalers.apply(generic, theta.reshape(values.shape))
+        lost = settings.choices.lost_force
+        return limit_capacity(scaled, record, condition.muscles, condition.capacity, lost)
+
+    slopes = upward_rotation_slopes(
+        posed, solved.start, muscles_of, values.ravel(), settings.solve.weights["strength_exponent"]
+    )
+    covariance = read_covariance(files.calibration)
+    alone = np.abs(slopes) * np.sqrt(np.diag(covariance))
+    names = [f"{kind} of {group}" for kind in KINDS for group in scalers.names]
+    columns = {
+        "upward_rotation_deg": thorax_angles(solved.pose)[:, UPWARD_ROTATION_COLUMN],
+        "sd_deg": np.sqrt(np.einsum("np,pk,nk->n", slopes, covariance, slopes)),
+    }
+    rows = []
+    for plane, (first, stop) in solved.header["planes"].items():
+        angles = thorax_angles(solved.pose[first:stop])
+        for level in LEVELS_DEG:
+            node = _node_at(angles, level)
+            if node is not None:
+                worst = int(np.argmax(alone[first + node]))
+                row = {"plane": plane, "arm_deg": level, "mostly_by": names[worst]}
+                row |= {name: float(column[first + node]) for name, column in columns.items()}
+                rows.append(row | {"by_it_deg": float(alone[first + node, worst])})
+    table = pd.DataFrame(rows)
+    table.insert(0, "condition", condition.name)
+    table.insert(0, "participant", solved.header["participant"])
+    return table
+
+
+def _node_at(angles: np.ndarray, level: float) -> int | None:
+    """Node at which the rising arm is nearest to an elevation [deg], None if it never is there."""
+    nodes = np.column_stack([angles, np.arange(len(angles))])
+    place = at_level(nodes, nodes.shape[1] - 1, level)
+    return None if np.isnan(place) else round(place)
+
+
+def upward_rotation_slopes(
+    posed: PosedProblem,
+    point: Start,
+    muscles_of: Callable[[np.ndarray], MuscleParameters],
+    theta: np.ndarray,
+    strength_exponent: float,
+) -> np.ndarray:
+    """Derivatives (N, P) of upward rotation by parameters of the muscles [deg per one].
+
+    Parameters
+    ----------
+    posed : problem with the muscles of theta; point : its solution with multipliers
+    muscles_of : muscle parameters for parameters (P,); theta : those of the solution
+    strength_exponent : of the strength that squared activations count with
+    """
+    problem = posed.problem("exact")
+    base = variant(problem)
+
+    def variant_of(changed: np.ndarray) -> Variant:
+        muscles = muscles_of(changed)
+        effort = effort_factors(muscles, strength_exponent)
+        return replace(
+            base,
+            collocation=replace(base.collocation, muscles=muscles),
+            objective=replace(base.objective, effort=effort),
+        )
+
+    kkt = assemble_kkt(problem, point)
+    moves = sensitivity(kkt, condition_derivatives(kkt, point, variant_of, theta)).free
+    q = problem.trajectory(point.free).q
+    slopes = []
+    for move in moves.T:
+        step = SHARE * problem.trajectory(move).q
+        above, below = (
+            thorax_angles(q + sign * step)[:, UPWARD_ROTATION_COLUMN] for sign in (1.0, -1.0)
+        )
+        slopes.append((above - below) / (2.0 * SHARE))
+    return np.column_stack(slopes)

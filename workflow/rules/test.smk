@@ -1,19 +1,12 @@
 # Tests that read the results. They run inside the study, so that no result passes unseen.
 
 
-rule test_results:
+rule test_solutions:
+    # Minutes of integration that need no report, beside the last solves and diagnoses.
     input:
-        summary="results/tracking/summary.csv",
         solutions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.npz"),
         summaries=tracking_results(
             "results/tracking/{participant}/{trial}_{formulation}.summary.json"
-        ),
-        motions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.mot"),
-        states=tracking_results("results/tracking/{participant}/{trial}_{formulation}.sto"),
-        geometry_quality=expand(
-            "results/muscle_geometry/{participant}/{formulation}_quality.csv",
-            participant=config["participants"],
-            formulation=config["formulations"],
         ),
         models=expand("results/models/{participant}.json", participant=config["participants"]),
         recordings=[
@@ -31,6 +24,42 @@ rule test_results:
             "results/equations/{formulation}",
             formulation=sorted({"quaternion", *config["formulations"]}),
         ),
+        predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
+        tests=[
+            "tests/results/test_reintegration.py",
+            "tests/results/test_simulated_persons.py",
+            "tests/support/recorded_tasks.py",
+            "tests/support/reintegration.py",
+        ],
+        code=code_of("scapulohumeral.problems.model_files"),
+    output:
+        success=touch("results/solution_tests.success"),
+    log:
+        python="results/logs/test_solutions.log",
+    benchmark:
+        "results/benchmarks/test_solutions.jsonl"
+    threads: 1
+    message:
+        "Tests on the solutions"
+    script:
+        "../scripts/test_results.py"
+
+
+rule test_results:
+    input:
+        summary="results/tracking/summary.csv",
+        solutions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.npz"),
+        summaries=tracking_results(
+            "results/tracking/{participant}/{trial}_{formulation}.summary.json"
+        ),
+        motions=tracking_results("results/tracking/{participant}/{trial}_{formulation}.mot"),
+        states=tracking_results("results/tracking/{participant}/{trial}_{formulation}.sto"),
+        geometry_quality=expand(
+            "results/muscle_geometry/{participant}/{formulation}_quality.csv",
+            participant=config["participants"],
+            formulation=config["formulations"],
+        ),
+        solved="results/solution_tests.success",
         channels="config/emg/channels.csv",
         envelopes=emg_results("results/emg/{participant}/{trial}_envelope.csv"),
         calibrations=expand(
@@ -43,12 +72,11 @@ rule test_results:
         prediction_summary=prediction_table("summary"),
         rhythm=prediction_table("shr"),
         report=f"reports/{config['report']}.html",
-        tests=[
-            "tests/support/recorded_tasks.py",
-            "tests/support/reintegration.py",
-            *sorted(str(path) for path in Path("tests/results").glob("*.py")),
-        ],
-        code=code_of("scapulohumeral.problems.model_files", "scapulohumeral.report.targets"),
+        tests=sorted(
+            {str(path) for path in Path("tests/results").glob("*.py")}
+            - set(rules.test_solutions.input.tests)
+        ),
+        code=code_of("scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:

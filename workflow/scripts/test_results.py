@@ -1,4 +1,4 @@
-"""Rule test_results: run the tests on results, with the files of this study."""
+"""Rules test_solutions and test_results: run tests on results, with the files of this study."""
 
 from _log import log_to_file
 
@@ -19,7 +19,8 @@ class StudyFiles:
         return dict(snakemake.input.items())
 
 
-arguments = ["-m", "results", "-ra", "-p", "no:cacheprovider", "tests/results"]
+chosen = [path for path in snakemake.input.tests if "/test_" in path]
+arguments = ["-m", "results", "-ra", "-p", "no:cacheprovider", *chosen]
 code = pytest.main(arguments, plugins=[StudyFiles()])
 if code != pytest.ExitCode.OK:
     raise DataError(

@@ -31,7 +31,7 @@ rule test_solutions:
             "tests/support/recorded_tasks.py",
             "tests/support/reintegration.py",
         ],
-        code=code_of("scapulohumeral.problems.model_files"),
+        code=code_of("scapulohumeral.errors", "scapulohumeral.problems.model_files"),
     output:
         success=touch("results/solution_tests.success"),
     log:
@@ -42,7 +42,7 @@ rule test_solutions:
     message:
         "Tests on the solutions"
     script:
-        "../scripts/test_results.py"
+        "../scripts/test_solutions.py"
 
 
 rule test_results:
@@ -76,7 +76,7 @@ rule test_results:
             {str(path) for path in Path("tests/results").glob("*.py")}
             - set(rules.test_solutions.input.tests)
         ),
-        code=code_of("scapulohumeral.report.targets"),
+        code=code_of("scapulohumeral.errors", "scapulohumeral.report.targets"),
     output:
         success=touch("results/tests.success"),
     log:

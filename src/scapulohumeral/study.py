@@ -58,6 +58,10 @@ class Study:
         trials = self._file(participant)["trials"]
         return {name: self.folder / participant / trial["file"] for name, trial in trials.items()}
 
+    def recordings(self, participant: str) -> list[Path]:
+        """Recorded motions of a participant, configured or not, each once."""
+        return list(dict.fromkeys(self.trials(participant).values()))
+
     def recording(self, participant: str, trial: str) -> Path:
         """Recorded motion of one trial.
 

@@ -45,7 +45,7 @@ def recording(wildcards):
 
 def recordings(wildcards):
     """All recorded motions of a participant, configured or not: they span its range of motion."""
-    return list(dict.fromkeys(str(path) for path in STUDY.trials(wildcards.participant).values()))
+    return [str(path) for path in STUDY.recordings(wildcards.participant)]
 
 
 def elevations(wildcards):
@@ -131,23 +131,30 @@ def emg_results(pattern):
 VARIANTS = variants.named_variants(config["variants"])
 
 
-def variant_files(wildcards):
-    """Model, muscle geometry and arm of a variant."""
-    participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
-    own = variants.model_name(config["model"], variant.model)
-    geometry = variants.geometry_name(config["model"], variant)
-    files = {
+def model_and_paths(participant, model, paths):
+    """Model and muscle geometry by the names of their choices; None: those of the study."""
+    return {
         "model": (
-            f"results/variants/models/{own}/{participant}.json"
-            if own
+            f"results/variants/models/{model}/{participant}.json"
+            if model
             else f"results/models/{participant}.json"
         ),
         "geometry": (
-            f"results/variants/geometry/{geometry}/{participant}/quaternion.npz"
-            if geometry
+            f"results/variants/geometry/{paths}/{participant}/quaternion.npz"
+            if paths
             else f"results/muscle_geometry/{participant}/quaternion.npz"
         ),
     }
+
+
+def variant_files(wildcards):
+    """Model, muscle geometry and arm of a variant."""
+    participant, variant = wildcards.participant, VARIANTS[wildcards.variant]
+    files = model_and_paths(
+        participant,
+        variants.model_name(config["model"], variant.model),
+        variants.geometry_name(config["model"], variant),
+    )
     if variant.problem.get("arm", "own") == "published":
         files["arm"] = published_composite(participant)
     return files
@@ -222,17 +229,9 @@ RECOVERY = read_recovery(Path("config/recovery.yaml"))
 
 def recovery_model(wildcards):
     """Model and muscle geometry of a simulated arm."""
-    participant, plant = wildcards.participant, RECOVERY.plants[wildcards.plant]
-    own = variants.model_name(config["model"], {"serratus_path": plant.serratus_path})
-    if own is None:
-        return {
-            "model": f"results/models/{participant}.json",
-            "geometry": f"results/muscle_geometry/{participant}/quaternion.npz",
-        }
-    return {
-        "model": f"results/variants/models/{own}/{participant}.json",
-        "geometry": f"results/variants/geometry/{own}/{participant}/quaternion.npz",
-    }
+    path = {"serratus_path": RECOVERY.plants[wildcards.plant].serratus_path}
+    own = variants.model_name(config["model"], path)
+    return model_and_paths(wildcards.participant, own, own)
 
 
 def has_own_factors(wildcards):

@@ -9,9 +9,7 @@ rule test_solutions:
             "results/tracking/{participant}/{trial}_{formulation}.summary.json"
         ),
         models=expand("results/models/{participant}.json", participant=config["participants"]),
-        recordings=[
-            str(path) for name in config["participants"] for path in STUDY.trials(name).values()
-        ],
+        recordings=[str(path) for name in config["participants"] for path in STUDY.recordings(name)],
         thorax=expand(
             "results/models/{participant}_thorax.json", participant=config["participants"]
         ),

@@ -6,7 +6,7 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from _files import prediction_problem
+from _prediction import prediction_problem
 
 from scapulohumeral.stages.checks.scaler_spread import scaler_spread
 

@@ -9,7 +9,7 @@ Letters: N nodes, M muscles.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -239,11 +239,15 @@ def solve_prediction(
     _write(scene, files, posed, result, solution, way.name)
 
 
-def posed_condition(
+def posing(
     condition: Condition, files: PredictionFiles, settings: PredictionSettings
-) -> PosedProblem:
-    """The problem of a condition as :func:`solve_prediction` solves it last."""
-    return _scene(condition, files, settings).posed(condition.capacity)
+) -> Callable[[MuscleParameters], PosedProblem]:
+    """Function that poses the problem of a condition for muscles of its participant without loss.
+
+    For those of the files it is what :func:`solve_prediction` solves last.
+    """
+    scene = _scene(condition, files, settings)
+    return lambda muscles: replace(scene, muscles=muscles).posed(condition.capacity)
 
 
 def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSettings) -> _Scene:

@@ -3,9 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
-import yaml
 from arm import parameters
 from places import REPOSITORY
 from small_arm import small_muscles
@@ -14,7 +12,9 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import published_pose
+from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import (
     CONTACT_POINTS_M,
     THORAX_CENTRE_M,
@@ -33,10 +33,10 @@ from scapulohumeral.problems.variants import (
     named_variants,
     predicted,
 )
+from scapulohumeral.stages.thorax import level_set
 
 pytestmark = pytest.mark.unit
 
-PAR2 = yaml.safe_load((REPOSITORY / "config/participants/par2/participant.yaml").read_text())
 PUBLISHED = {"model": {"masses": "divided"}, "problem": {"stops": False, "conoid": "soft"}}
 LADDER = {
     "start": "published",
@@ -125,21 +125,19 @@ def test_a_choice_changes_its_own_parameters_only(choices, blocks):
 @pytest.mark.parametrize("condition", ["healthy", "rc_limited"])
 def test_published_scapulae_glide_on_the_published_thorax(condition):
     """Of the joints of par2 nothing is fitted: points, surface and motion belong together."""
-    table = pd.read_csv(REPOSITORY / "config/model/joints.csv", index_col="joint")
+    par2 = read_participant(REPOSITORY / "config/participants", "par2")
+    joints = read_tables(REPOSITORY / "config/model").joints
     of_parent = {"sc1": "thorax", "ac1": "clavicle_r", "gh1": "scapula_r"}
     locations = {
-        joint: table.loc[joint, ["location_x_m", "location_y_m", "location_z_m"]].to_numpy(float)
-        * PAR2["scale"][segment]
+        joint: np.multiply(joints[joint].location_m, par2.scale[segment])
         for joint, segment in of_parent.items()
     }
-    motion = read_motion(
-        REPOSITORY / f"config/participants/par2/published/composite_{condition}.csv"
-    )
-    origin, axes = chain_frames(locations, published_pose(motion))["scapula_r"]
+    pose = published_pose(read_motion(par2.predictions[condition]))
+    origin, axes = chain_frames(locations, pose)["scapula_r"]
 
     def level(point: str) -> np.ndarray:
         position = origin + axes @ np.array(CONTACT_POINTS_M[point])
-        return np.sum(((position - THORAX_CENTRE_M) / THORAX_RADII_M) ** 2, axis=1) - 1.0
+        return level_set(position, np.array(THORAX_CENTRE_M), np.array(THORAX_RADII_M))
 
     # A level of 0.02 is one millimetre.
     assert np.abs(level("contact_AI")).max() < 0.02

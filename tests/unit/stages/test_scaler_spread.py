@@ -28,29 +28,27 @@ BARRIER = 1e-4
 STEP = 0.01
 
 
-def muscles_of(theta: np.ndarray):
-    """Muscles of the small arm with scalers (4,), forces first."""
-    return GROUPS.apply(small_muscles(), theta.reshape(2, 2))
-
-
 @pytest.fixture(scope="module")
-def predicted(quaternion_equations):
-    """Function that solves the arm with a free girdle for scalers, from a start or cold."""
+def posed_with(quaternion_equations):
+    """Function that poses the arm with a free girdle for scalers (4,), forces first."""
     settings = small_settings(stability=0.0)
     target = small_target(21, tracked=TRACKED)
 
-    def predicted(theta: np.ndarray, start: Start | None = None):
-        muscles = muscles_of(theta)
+    def posed_with(theta: np.ndarray):
+        muscles = GROUPS.apply(small_muscles(), theta.reshape(2, 2))
         posed = small_posed(quaternion_equations, target, settings, muscles=muscles)
         effort = effort_factors(muscles, EXPONENT)
-        posed = replace(posed, objective=replace(posed.objective, effort=effort))
-        start = start or Start(posed.layout().join(posed.cold_start()))
-        solver = SolverSettings(tolerance=1e-9, barrier_target=BARRIER)
-        result = solve(posed.problem, start, solver)
-        assert result.optimal, result.message
-        return posed, result.point
+        return replace(posed, objective=replace(posed.objective, effort=effort))
 
-    return predicted
+    return posed_with
+
+
+def solved(posed, start: Start | None = None) -> Start:
+    """Solution of a problem from a start or cold."""
+    start = start or Start(posed.layout().join(posed.cold_start()))
+    result = solve(posed.problem, start, SolverSettings(tolerance=1e-9, barrier_target=BARRIER))
+    assert result.optimal, result.message
+    return result.point
 
 
 def upward_rotation(posed, point: Start) -> np.ndarray:
@@ -59,12 +57,13 @@ def upward_rotation(posed, point: Start) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scaler", range(4))
-def test_derivatives_are_those_of_solves_with_other_scalers(predicted, scaler):
-    posed, point = predicted(ONES)
-    slopes = upward_rotation_slopes(posed, point, muscles_of, ONES, EXPONENT)
+def test_derivatives_are_those_of_solves_with_other_scalers(posed_with, scaler):
+    point = solved(posed_with(ONES))
+    slopes = upward_rotation_slopes(posed_with, point, ONES)
     assert slopes.shape == (21, 4)
     shift = STEP * np.eye(4)[scaler]
-    above, below = (upward_rotation(*predicted(ONES + sign * shift, point)) for sign in (1.0, -1.0))
+    others = (posed_with(ONES + sign * shift) for sign in (1.0, -1.0))
+    above, below = (upward_rotation(posed, solved(posed, point)) for posed in others)
     expected = (above - below) / (2.0 * STEP)
     size = np.abs(expected).max()
     assert size > 0.05

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.record import read_record
 from scapulohumeral.ocp.optimality.kkt import assemble_kkt
 from scapulohumeral.ocp.optimality.sensitivity import (
     Variant,
@@ -31,7 +31,7 @@ from scapulohumeral.ocp.optimality.sensitivity import (
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.calibrated_groups import muscle_groups
-from scapulohumeral.problems.posed_problem import PosedProblem, effort_factors
+from scapulohumeral.problems.posed_problem import PosedProblem
 from scapulohumeral.quantities.published_distance import LEVELS_DEG, at_level
 from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
 from scapulohumeral.stages.calibration import KINDS, read_covariance, read_scalers
@@ -39,8 +39,7 @@ from scapulohumeral.stages.prediction import (
     Condition,
     PredictionFiles,
     PredictionSettings,
-    limit_capacity,
-    posed_condition,
+    posing,
 )
 
 # Step along a derivative for differences of angles, as a share of one whole scaler [1].
@@ -68,41 +67,41 @@ def scaler_spread(
             f"prediction {condition.name}: its muscles are generic, so no calibration makes it "
             "uncertain; choose a condition with calibrated parameters"
         )
-    solved = read_solution(solution)
-    posed = posed_condition(condition, files, settings)
-    record, generic = posed.model.record, muscle_parameters(posed.model.record)
+    solved, record = read_solution(solution), read_record(files.model.model)
     scalers = muscle_groups(record, read_channels(files.channels))
-    values = read_scalers(files.calibration, scalers)
+    values, generic = read_scalers(files.calibration, scalers), muscle_parameters(record)
+    posed_for = posing(condition, files, settings)
 
-    def muscles_of(theta: np.ndarray) -> MuscleParameters:
-        scaled = scalers.apply(generic, theta.reshape(values.shape))
-        lost = settings.choices.lost_force
-        return limit_capacity(scaled, record, condition.muscles, condition.capacity, lost)
+    def posed_with(theta: np.ndarray) -> PosedProblem:
+        return posed_for(scalers.apply(generic, theta.reshape(values.shape)))
 
-    slopes = upward_rotation_slopes(
-        posed, solved.start, muscles_of, values.ravel(), settings.solve.weights["strength_exponent"]
-    )
+    slopes = upward_rotation_slopes(posed_with, solved.start, values.ravel())
     covariance = read_covariance(files.calibration)
     alone = np.abs(slopes) * np.sqrt(np.diag(covariance))
+    sd = np.sqrt(np.einsum("np,pk,nk->n", slopes, covariance, slopes))
     names = [f"{kind} of {group}" for kind in KINDS for group in scalers.names]
-    columns = {
-        "upward_rotation_deg": thorax_angles(solved.pose)[:, UPWARD_ROTATION_COLUMN],
-        "sd_deg": np.sqrt(np.einsum("np,pk,nk->n", slopes, covariance, slopes)),
-    }
+    angles = thorax_angles(solved.pose)
     rows = []
     for plane, (first, stop) in solved.header["planes"].items():
-        angles = thorax_angles(solved.pose[first:stop])
         for level in LEVELS_DEG:
-            node = _node_at(angles, level)
-            if node is not None:
-                worst = int(np.argmax(alone[first + node]))
-                row = {"plane": plane, "arm_deg": level, "mostly_by": names[worst]}
-                row |= {name: float(column[first + node]) for name, column in columns.items()}
-                rows.append(row | {"by_it_deg": float(alone[first + node, worst])})
-    table = pd.DataFrame(rows)
-    table.insert(0, "condition", condition.name)
-    table.insert(0, "participant", solved.header["participant"])
-    return table
+            after = _node_at(angles[first:stop], level)
+            if after is None:
+                continue
+            node = first + after
+            worst = int(np.argmax(alone[node]))
+            rows.append(
+                {
+                    "participant": solved.header["participant"],
+                    "condition": condition.name,
+                    "plane": plane,
+                    "arm_deg": level,
+                    "mostly_by": names[worst],
+                    "upward_rotation_deg": angles[node, UPWARD_ROTATION_COLUMN],
+                    "sd_deg": sd[node],
+                    "by_it_deg": alone[node, worst],
+                }
+            )
+    return pd.DataFrame(rows)
 
 
 def _node_at(angles: np.ndarray, level: float) -> int | None:
@@ -113,31 +112,22 @@ def _node_at(angles: np.ndarray, level: float) -> int | None:
 
 
 def upward_rotation_slopes(
-    posed: PosedProblem,
-    point: Start,
-    muscles_of: Callable[[np.ndarray], MuscleParameters],
-    theta: np.ndarray,
-    strength_exponent: float,
+    posed_with: Callable[[np.ndarray], PosedProblem], point: Start, theta: np.ndarray
 ) -> np.ndarray:
     """Derivatives (N, P) of upward rotation by parameters of the muscles [deg per one].
 
     Parameters
     ----------
-    posed : problem with the muscles of theta; point : its solution with multipliers
-    muscles_of : muscle parameters for parameters (P,); theta : those of the solution
-    strength_exponent : of the strength that squared activations count with
+    posed_with : problem for parameters (P,) of the muscles; theta : those of the solution
+    point : solution with multipliers
     """
-    problem = posed.problem("exact")
+    problem = posed_with(theta).problem("exact")
     base = variant(problem)
 
     def variant_of(changed: np.ndarray) -> Variant:
-        muscles = muscles_of(changed)
-        effort = effort_factors(muscles, strength_exponent)
-        return replace(
-            base,
-            collocation=replace(base.collocation, muscles=muscles),
-            objective=replace(base.objective, effort=effort),
-        )
+        posed = posed_with(changed)
+        collocation = replace(base.collocation, muscles=posed.muscles)
+        return replace(base, collocation=collocation, objective=posed.objective)
 
     kkt = assemble_kkt(problem, point)
     moves = sensitivity(kkt, condition_derivatives(kkt, point, variant_of, theta)).free

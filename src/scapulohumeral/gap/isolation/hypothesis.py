@@ -72,11 +72,13 @@ class Hypothesis:
 
     def error(self, x: np.ndarray, residual: Residual, relative: float) -> SignatureError:
         """Error of the change predicted at internal parameters (P,), of each effect by itself."""
-        covariance = np.zeros((len(self.slope), len(self.slope)))
-        for effect, change in zip(self.effects, self.changes(x).T, strict=True):
-            share = own_error(effect, relative)
-            covariance += change_error(residual, change, share, effect.changes_body)
-        return SignatureError(covariance)
+        changes = zip(self.effects, self.changes(x).T, strict=True)
+        return SignatureError(
+            [
+                change_error(residual, change, own_error(effect, relative), effect.changes_body)
+                for effect, change in changes
+            ]
+        )
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""

@@ -28,8 +28,8 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         hypothesis,
         residual,
         relative_error,
-        slope=residual.whiten(hypothesis.slope),
-        target=residual.whiten(
+        slope=residual.axes.whiten(hypothesis.slope),
+        target=residual.axes.whiten(
             residual.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
         ),
     )

@@ -69,7 +69,7 @@ def partly_alike(rows: np.ndarray, tasks: int, own: float, alike: float) -> np.n
     """
     by_task = rows.reshape(tasks, -1, rows.shape[1])
     grown = np.sqrt(own**2 + tasks * alike**2) - own
-    return (own * by_task + grown * by_task.mean(axis=0)).reshape(rows.shape)
+    return (own * by_task + grown / tasks * by_task.sum(axis=0)).reshape(rows.shape)
 
 
 def axes(factor: np.ndarray, kinds: tuple[Kind, ...], tasks: int, functions: int) -> Axes:

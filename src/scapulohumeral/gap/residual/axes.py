@@ -11,13 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_triangular
-
-if TYPE_CHECKING:
-    from scapulohumeral.gap.residual.residual import Kind
 
 # Errors of the shape of what muscles change, in units of the signature error. How a person moves
 # against an effect the model does not know: this is not an error of the effect, which would thereby
@@ -25,6 +21,21 @@ if TYPE_CHECKING:
 SHAPE_ERROR = {"kinematics": 0.0, "emg": 1.0, "contact_force": 1.0}
 # Share of the error of the shape that is the same in all tasks.
 SHAPE_SHARED = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """Channels of one kind in a comparison.
+
+    Attributes
+    ----------
+    name : of the kind; rows : (R,) positions of its coefficients in (D,)
+    deviations : (R,) standard deviations between repeats
+    """
+
+    name: str
+    rows: np.ndarray
+    deviations: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,25 +15,10 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from scapulohumeral.gap.recording.observables import channel_kind
-from scapulohumeral.gap.residual.axes import Axes, axes
+from scapulohumeral.gap.residual.axes import Axes, Kind, axes
 
 # What is made once of a covariance.
 OF_COVARIANCE = ("_factor", "log_volume", "axes", "kinds", "spread")
-
-
-@dataclass(frozen=True, eq=False)
-class Kind:
-    """Channels of one kind in a comparison.
-
-    Attributes
-    ----------
-    name : of the kind; rows : (R,) positions of its coefficients in (D,)
-    deviations : (R,) standard deviations between repeats
-    """
-
-    name: str
-    rows: np.ndarray
-    deviations: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

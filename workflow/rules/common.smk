@@ -28,6 +28,8 @@ PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
 MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
 MUSCLES = ("generic", "calibrated")
+# The condition of static postures and of daily tasks.
+HEALTHY = "healthy"
 # Refuses a configuration, or the file of a participant, before any rule is read.
 STUDY = planned(config, PARTICIPANTS)
 
@@ -91,18 +93,21 @@ def condition_of(wildcards):
     return STUDY.condition(wildcards.condition, wildcards.participant)
 
 
-def posture_scalers(wildcards):
+def needed_scalers(condition, participant):
+    """Scalers of a participant, if a condition has calibrated muscles."""
+    calibrated = condition["parameters"] == "calibrated"
+    return {"calibration": scalers_of(participant)} if calibrated else {}
+
+
+def healthy_scalers(wildcards):
     """Scalers of a participant whose healthy shoulder has them."""
-    healthy = STUDY.condition("healthy", wildcards.participant)
-    calibrated = healthy["parameters"] == "calibrated"
-    return {"calibration": scalers_of(wildcards.participant)} if calibrated else {}
+    return needed_scalers(STUDY.condition(HEALTHY, wildcards.participant), wildcards.participant)
 
 
 def prediction_inputs(wildcards):
     """Scalers and the solution that a prediction starts from, where it has them."""
-    condition, inputs = condition_of(wildcards), {}
-    if condition["parameters"] == "calibrated":
-        inputs["calibration"] = scalers_of(wildcards.participant)
+    condition = condition_of(wildcards)
+    inputs = needed_scalers(condition, wildcards.participant)
     if condition["start"] in config["prediction"]["conditions"]:
         inputs["neighbour"] = f"results/prediction/{wildcards.participant}/{condition['start']}.npz"
     return inputs
@@ -116,6 +121,11 @@ def paths_of(pattern, pairs, second):
 def prediction_results(pattern):
     """Paths of all configured predictions."""
     return paths_of(pattern, STUDY.predicted(), "condition")
+
+
+def task_results(pattern):
+    """Paths of all predictions on the arm of a daily task."""
+    return paths_of(pattern, STUDY.predicted_tasks(), "trial")
 
 
 def prediction_table(name):
@@ -259,10 +269,8 @@ CASES = sensitivity.sensitivity_cases(SENSITIVITY)
 def case_inputs(wildcards):
     """Scalers and tracked motions of a case of the sensitivity."""
     own = "results/sensitivity/{participant}/{case}_{plane}.npz"
-    inputs = {"tracked": expand(own, **wildcards, plane=SENSITIVITY.planes)}
-    if condition_of(wildcards)["parameters"] == "calibrated":
-        inputs["calibration"] = scalers_of(wildcards.participant)
-    return inputs
+    tracked = expand(own, **wildcards, plane=SENSITIVITY.planes)
+    return {"tracked": tracked, **needed_scalers(condition_of(wildcards), wildcards.participant)}
 
 
 def case_condition(wildcards):

@@ -29,7 +29,7 @@ def test_trials_that_all_have_are_tracked(people: Path) -> None:
     assert asked["participants_folder"] == str(people)
     assert asked["prediction"]["predict"] == ["healthy_generic"]
     assert not any(asked["prediction"]["predict_also"].values())
-    assert asked["validation"]["tasks"] == asked["diagnose"] == []
+    assert asked["validation"]["tasks"] == asked["prediction"]["tasks"] == asked["diagnose"] == []
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,18 @@ def test_predictions_are_those_of_all_and_those_of_one() -> None:
     assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
 
 
+def test_healthy_shoulder_follows_the_tasks_that_a_participant_has() -> None:
+    def asked(*names: str) -> Edit:
+        return lambda config: config["prediction"].update(tasks=list(names))
+
+    assert study(asked("lifting", "driving")).predicted_tasks() == [
+        ("par2", "lifting"),
+        ("par2", "driving"),
+    ]
+    with pytest.raises(ConfigError, match=r"'prediction\.tasks' names 'drivin'"):
+        study(asked("drivin"))
+
+
 def test_only_calibrated_predictions_get_a_spread_of_their_scalers() -> None:
     def asked(*names: str) -> Edit:
         return lambda config: config["prediction"].update(scaler_spread=list(names))

@@ -128,6 +128,11 @@ def task_results(pattern):
     return paths_of(pattern, STUDY.predicted_tasks(), "trial")
 
 
+def task_table():
+    """The table of predicted daily tasks, where there are any."""
+    return ["results/prediction/against_tasks.csv"] if STUDY.predicted_tasks() else []
+
+
 def prediction_table(name):
     """A table of all predictions, where there are any."""
     return [f"results/prediction/{name}.csv"] if STUDY.predicted() else []

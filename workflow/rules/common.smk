@@ -123,9 +123,14 @@ def prediction_results(pattern):
     return paths_of(pattern, STUDY.predicted(), "condition")
 
 
-def task_results(pattern):
+# The healthy shoulder on the arm of a daily task, below the folder of a model.
+ON_TASK = f"{{participant}}/{{trial}}/{HEALTHY}"
+TRACKED_TASK = "results/tracking/{participant}/{trial}_quaternion.npz"
+
+
+def task_results(ending):
     """Paths of all predictions on the arm of a daily task."""
-    return paths_of(pattern, STUDY.predicted_tasks(), "trial")
+    return paths_of(f"results/prediction/{ON_TASK}{ending}", STUDY.predicted_tasks(), "trial")
 
 
 def task_table():
@@ -231,6 +236,29 @@ def tried_results(pattern):
         participant=tried["participants"],
         condition=tried["condition"],
     )
+
+
+def tried_tasks():
+    """Pairs of participant and daily task that variants are judged on."""
+    people = config["variants"]["tried"]["participants"]
+    return [(name, task) for name, task in STUDY.predicted_tasks() if name in people]
+
+
+def tried_models():
+    """Folders of predictions of the study and of all variants that were tried."""
+    names = config["variants"]["tried"]["variants"]
+    return ["results/prediction", *(f"results/variants/{name}" for name in names)]
+
+
+def tried_task_results(ending):
+    """Paths of the daily tasks that the study and all tried variants predict."""
+    patterns = [f"{folder}/{ON_TASK}{ending}" for folder in tried_models()]
+    return [path for each in patterns for path in paths_of(each, tried_tasks(), "trial")]
+
+
+def tried_tracked_tasks():
+    """Tracked daily tasks in the order of the predicted ones."""
+    return paths_of(TRACKED_TASK, tried_tasks(), "trial") * len(tried_models())
 
 
 def tried_study(pattern):

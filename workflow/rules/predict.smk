@@ -92,7 +92,7 @@ use rule solve_prediction as predict_task with:
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
-        tracked=["results/tracking/{participant}/{trial}_quaternion.npz"],
+        tracked=[TRACKED_TASK],
         code=rules.solve_prediction.input.code,
     output:
         solution="results/prediction/{participant}/{trial}/{condition}.npz",
@@ -110,11 +110,9 @@ use rule solve_prediction as predict_task with:
 
 rule compare_tasks:
     input:
-        solutions=task_results(f"results/prediction/{{participant}}/{{trial}}/{HEALTHY}.npz"),
-        summaries=task_results(
-            f"results/prediction/{{participant}}/{{trial}}/{HEALTHY}.summary.json"
-        ),
-        tracked=task_results("results/tracking/{participant}/{trial}_quaternion.npz"),
+        solutions=task_results(".npz"),
+        summaries=task_results(".summary.json"),
+        tracked=paths_of(TRACKED_TASK, STUDY.predicted_tasks(), "trial"),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         code=code_of("scapulohumeral.report.prediction.daily_tasks"),
     output:

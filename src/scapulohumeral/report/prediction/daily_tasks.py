@@ -1,7 +1,8 @@
 """Healthy predictions on the arm of recorded daily tasks, beside the recorded girdle.
 
-Elevations have chosen the model, daily tasks have not. Every prediction has a row; failed solves
-have their status and no distances.
+Elevations have chosen the model, daily tasks have not. Beside each prediction stands how far the
+model is from the recording where it is told to follow it with all segments. Every prediction has a
+row; failed solves have their status and no distances.
 """
 
 from __future__ import annotations
@@ -20,9 +21,18 @@ from scapulohumeral.quantities.recording_distance import TaskDistance, task_dist
 from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
 
 CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
+# Angles of the girdle, by column; with the prefix those of the tracked motion.
+ANGLES = {
+    "ur_rmse_deg": "upward rotation",
+    "tilt_rmse_deg": "tilt",
+    "internal_rotation_rmse_deg": "internal rotation",
+    "clavicle_elevation_rmse_deg": "clavicle elevation",
+}
+TRACKED = "tracked_"
 COLUMNS = (
     *("participant", "task", "condition", "variant", "hand_load_kg", "status", CERTIFIED),
     *(field.name for field in fields(TaskDistance)),
+    *(f"{TRACKED}{column}" for column in ANGLES),
     *(OUTSIDE, STOP_MOMENT),
 )
 
@@ -55,6 +65,8 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
         if one.solved:
             pose = one.solution.pose
             outside = outside_region(pose, fitted[one.names["participant"]], region)
+            followed = asdict(task_distance(recorded.pose, recorded.reference_pose))
+            row |= {f"{TRACKED}{column}": followed[column] for column in ANGLES}
             row |= asdict(task_distance(pose, recorded.reference_pose)) | {
                 CERTIFIED: one.summary["certificate"]["holds"],
                 OUTSIDE: float(outside.mean()),

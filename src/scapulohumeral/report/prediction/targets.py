@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.report.prediction import daily_tasks
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
@@ -21,13 +22,6 @@ NOTHING = "no prediction"
 RHYTHM_CELLS = 24
 # Variant of the configuration that differs from the study in the arm it follows only.
 SAME_MODEL_ON_PUBLISHED_ARM = "study_arm"
-# Angles of daily tasks that have a limit, by column.
-TASK_ANGLES = {
-    "ur_rmse_deg": "upward rotation",
-    "tilt_rmse_deg": "tilt",
-    "internal_rotation_rmse_deg": "internal rotation",
-    "clavicle_elevation_rmse_deg": "clavicle elevation",
-}
 
 
 def prediction_verdicts(judged: Judged) -> list[Verdict]:
@@ -71,7 +65,7 @@ def task_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Ve
     rows = rows.rename(columns={"task": "plane"})
     for participant, limit in limits["rmse_deg"].items():
         own = _of(rows, participant=participant)
-        for column, words in TASK_ANGLES.items():
+        for column, words in daily_tasks.ANGLES.items():
             name = f"{participant}, daily tasks: {words} against the recording, RMSE, worst task"
             yield _at_most(name, own, column, limit, " deg")
         name = f"{participant}, daily tasks: share outside the fitted muscle paths"
@@ -292,7 +286,6 @@ def distance_table(judged: Judged) -> Table:
 def task_table(judged: Judged) -> Table:
     """Every prediction on the arm of a daily task; marked: not converged, or no certificate."""
     columns = {
-        **{column: f"{words}, RMSE" for column, words in TASK_ANGLES.items()},
         "ur_bias_deg": "upward rotation, mean difference",
         "ur_recorded_sd_deg": "recorded upward rotation, standard deviation",
         "arm_rmse_deg": "elevation of the arm, RMSE",
@@ -302,12 +295,18 @@ def task_table(judged: Judged) -> Table:
     rows = [
         (
             *(str(row[name]) for name in ("participant", "task", "hand_load_kg", "status")),
+            *(
+                f"{_number(row[angle])} ({_number(row[daily_tasks.TRACKED + angle])})"
+                for angle in daily_tasks.ANGLES
+            ),
             *(_number(row[column]) for column in columns),
         )
         for row in judged.tasks.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(judged.tasks.itertuples()) if not _proven(row))
-    return Table(("participant", "task", "load [kg]", "status", *columns.values()), rows, flagged)
+    angles = (f"{words}, RMSE (tracked)" for words in daily_tasks.ANGLES.values())
+    names = ("participant", "task", "load [kg]", "status", *angles, *columns.values())
+    return Table(names, rows, flagged)
 
 
 def _proven(row: Any) -> bool:

@@ -44,7 +44,10 @@ def files(folder: Path, turned_deg: dict[str, float], failed: str = "") -> TaskF
         }
         proof = None if task == failed else CERTIFICATE
         paths["tracked"].append(folder / f"{task}_tracked.npz")
-        write_solution(replace(like, reference_pose=recorded), paths["tracked"][-1])
+        half = pose_to_trial(recorded)
+        half[:, 4] += np.deg2rad(turn) / 2.0
+        tracked = replace(like, pose=trial_to_pose(half), reference_pose=recorded)
+        write_solution(tracked, paths["tracked"][-1])
         paths["solutions"].append(folder / f"{task}.npz")
         predicted = replace(like, header=header, pose=trial_to_pose(angles))
         write_solution(predicted, paths["solutions"][-1])
@@ -60,6 +63,7 @@ def test_each_task_is_compared_with_its_own_recording(tmp_path):
     assert (right.task, turned.task) == ("drinking", "lifting")
     assert right.ur_rmse_deg < 1e-6 < turned.ur_rmse_deg
     assert 4.0 < turned.ur_bias_deg < 6.0
+    assert turned.tracked_ur_rmse_deg == pytest.approx(turned.ur_rmse_deg / 2.0, rel=0.05)
     assert turned.hand_load_kg == 2.0
     assert right.certified
     assert right.outside_fit_share == 0.0

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from scapulohumeral.report.prediction.against import with_audit
+from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
     cuff_effects,
@@ -200,6 +201,9 @@ GOOD_TASK = {
     "outside_fit_share": 0.0,
     "stop_moment_median_Nm": 0.0,
 }
+
+
+GOOD_TASK |= {f"tracked_{angle}": 1.0 for angle in ANGLES}
 
 
 def tasks(**changes: object) -> pd.DataFrame:

@@ -184,7 +184,7 @@ def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
     assert one("mean reduction").holds
     assert not one("predictions: solves").holds
     assert one("predictions: solves").worse == ("par2 cuff_w2",)
-    assert one("certificate").holds
+    assert one("predictions: solutions with a certificate").holds
 
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:

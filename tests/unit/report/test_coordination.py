@@ -22,6 +22,7 @@ from scapulohumeral.report.coordination_targets import (
     validation_verdicts,
 )
 from scapulohumeral.report.prediction.against import read_predictions
+from scapulohumeral.report.prediction.daily_tasks import COLUMNS
 from scapulohumeral.report.prediction.figures import prediction_kinematics
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import sweep_figure
@@ -183,7 +184,7 @@ def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
     assert one("mean reduction").holds
     assert not one("predictions: solves").holds
     assert one("predictions: solves").worse == ("par2 cuff_w2",)
-    assert one("certificate").holds
+    assert one("predictions: solutions with a certificate").holds
 
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
@@ -289,6 +290,21 @@ def test_committed_tables_are_shown(files: ReportFiles, html: str) -> None:
     shown = render_report(replace(files, coordination=replace(files.coordination, **committed)))
     assert [words for words in said.values() if words in html] == []
     assert [words for words in said.values() if words not in shown] == []
+
+
+def test_daily_tasks_are_shown_with_what_is_left_in_tracking(
+    files: ReportFiles, html: str, tmp_path: Path
+) -> None:
+    row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
+    row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
+    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4}
+    path = tmp_path / "against_tasks.csv"
+    pd.DataFrame([row]).to_csv(path, index=False)
+    coordination = replace(files.coordination, against_tasks=[path])
+    shown = render_report(replace(files, coordination=coordination))
+    assert "13.91 (8.40)" in shown
+    assert "par2 shelf_reaching +13.9 deg" in shown, "its limit is missed by name"
+    assert "daily tasks against their recordings" not in html
 
 
 def test_band_ends_with_its_statistics() -> None:

@@ -101,10 +101,9 @@ def judge(
     explained = explain(best, evidence, seed) if present else None
     undecided = ""
     if present:
-        undecided = _unproven(explained, agreement) or _untold(evidence, p)
-        undecided = undecided or _unknown(scores, weighing)
-        rival = MOVED if undecided == NO_POSTURE_TOLD else NONE
-        p = p.doubted(best.label, rival) if undecided else p
+        untold = _untold(evidence, p)
+        undecided = _unproven(explained, agreement) or untold or _unknown(scores, weighing)
+        p = p.doubted(best.label, _movements(evidence, p) if untold else ()) if undecided else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -216,6 +215,13 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     if p.first == MOVED or acting & first:
         return NOT_TOLD
     return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
+
+
+def _movements(evidence: Evidence, p: Posterior) -> list[str]:
+    """Labels that may each be another movement: this alone, and what acts on the body, against
+    which people may have moved otherwise."""
+    acting = {e.label for e in evidence.effects if e.changes_body}
+    return [label for label in p.labels if label == MOVED or acting & set(label.split(JOIN))]
 
 
 def _unknown(scores: Mapping[str, Score], weighing: Weighing) -> str:

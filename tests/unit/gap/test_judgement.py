@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from scapulohumeral.gap.judgement import NO_POSTURE_TOLD, NOT_TOLD, _untold
+from scapulohumeral.gap.judgement import NO_POSTURE_TOLD, NOT_TOLD, _movements, _untold
 from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.verdict.posterior import Posterior
 
@@ -38,3 +38,9 @@ def test_motion_alone_does_not_name_what_a_person_may_have_done(first: str, why:
     assert _untold(of_person(), p) == why
     assert _untold(of_person("emg"), p) == ""
     assert _untold(of_person(one=False), p) == ""
+
+
+def test_another_movement_may_be_an_answer_to_whatever_acts_on_the_body() -> None:
+    labels = [LOAD, FRAME, SKIN, MOVED, f"{LOAD} + {SKIN}", f"{FRAME} + {SKIN}"]
+    p = Posterior(dict.fromkeys(labels, 0.1), none=0.4, no_gap=0.0)
+    assert _movements(of_person(), p) == [LOAD, MOVED, f"{LOAD} + {SKIN}"]

@@ -5,7 +5,7 @@ Probabilities hold if the cause is in the library, and as far as their weights a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,16 +58,20 @@ class Posterior:
         """The most probable label."""
         return max(self.labels, key=lambda label: self.labels[label])
 
-    def doubted(self, label: str, rival: str = NONE) -> Posterior:
-        """The same with a label at most even: what is taken from it belongs to its rival.
+    def doubted(self, label: str, rivals: Collection[str] = ()) -> Posterior:
+        """The same with a label at most even: what is taken from it belongs to its rivals.
 
-        That is none of these, or a label that cannot be told from it.
+        These are labels that cannot be told from it, which share it as they are probable; without
+        any it belongs to none of these.
         """
         taken = max(self.labels[label] - UNPROVEN, 0.0)
         labels = {**self.labels, label: self.labels[label] - taken}
-        if rival == NONE:
+        others = {rival: labels[rival] for rival in rivals if rival != label}
+        if not others:
             return replace(self, labels=labels, none=self.none + taken)
-        return replace(self, labels={**labels, rival: labels[rival] + taken})
+        share = taken / sum(others.values())
+        grown = {rival: p * (1.0 + share) for rival, p in others.items()}
+        return replace(self, labels={**labels, **grown})
 
 
 def posterior(

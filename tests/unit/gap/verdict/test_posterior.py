@@ -145,12 +145,15 @@ def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():
     assert found.doubted("b") == found
 
 
-def test_what_cannot_be_told_from_a_label_gets_what_is_doubted():
-    found = Posterior({"a": 0.8, "b": 0.1}, 0.06, 0.04)
-    doubted = found.doubted("a", "b")
-    assert doubted.labels == pytest.approx({"a": UNPROVEN, "b": 0.1 + 0.8 - UNPROVEN})
+def test_what_cannot_be_told_from_a_label_shares_what_is_doubted_as_it_is_probable():
+    found = Posterior({"a": 0.7, "b": 0.1, "c": 0.05, "d": 0.05}, 0.06, 0.04)
+    doubted = found.doubted("a", ["a", "b", "c"])
+    grown = 1.0 + (0.7 - UNPROVEN) / 0.15
+    expected = {"a": UNPROVEN, "b": 0.1 * grown, "c": 0.05 * grown, "d": 0.05}
+    assert doubted.labels == pytest.approx(expected)
     assert doubted.none == found.none
     assert total(doubted) == pytest.approx(1.0)
+    assert found.doubted("b", ["c"]) == found
 
 
 def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():

@@ -130,13 +130,16 @@ def no_gap_range(
     return (weighing.silent if told else weighing.silent_motion), 1.0
 
 
-def heard(weighing: Weighing, present: bool, told: bool) -> Weighing:
+def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weighing:
     """Weights that hold for a case, as for :func:`no_gap_range`.
 
     Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
-    in it. Causes then stay as probable as before any data.
+    in it. Causes then stay as probable as before any data. `excess` is how many times as much as
+    assumed the best explanation leaves (`judgement.misfit`): evidence counts by so much less.
     """
-    return weighing if present or told else replace(weighing, misled=1.0)
+    believed = weighing.misled if present or told else 1.0
+    evidence, held_out = weighing.evidence / excess, weighing.held_out / excess
+    return replace(weighing, evidence=evidence, held_out=held_out, misled=believed)
 
 
 def credible_set(found: Posterior) -> tuple[str, ...]:

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import platform
 import re
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.provenance import SOURCE_ROOT, absolute_origin, source_file
+from scapulohumeral.provenance import SOURCE_ROOT, absolute_origin, source_file, user_cache
 
 LABEL = re.compile(r"<<([\w.]*:\w*)>>")
 Scope = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
@@ -68,6 +70,27 @@ def instruction_hash(
     # Several modules may define one name: what stands behind it tells them apart.
     told_apart = {label: f"{name} {own[label]}" for label, name in names.items()}
     return _digest("\n".join(sorted({_named(text, told_apart) for text in texts.values()})))
+
+
+def kept_instruction_hash(entries: Sequence[str], package: str, without: Sequence[str] = ()) -> str:
+    """:func:`instruction_hash` of this tree, kept for the user while its sources are the same.
+
+    To follow what functions reach takes a second, to read all that they might reach hardly any
+    time.
+    """
+    asked = repr((platform.python_version(), list(entries), package, list(without)))
+    digest = hashlib.sha256(asked.encode() + Path(__file__).read_bytes())
+    for path in sorted((SOURCE_ROOT / package.replace(".", "/")).rglob("*.py")):
+        digest.update(f"{path.relative_to(SOURCE_ROOT)}\n".encode() + path.read_bytes())
+    kept = user_cache() / "instructions" / digest.hexdigest()
+    if kept.is_file():
+        return kept.read_text(encoding="utf-8")
+    found = instruction_hash(entries, package, without=without)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile("w", dir=kept.parent, delete=False) as unfinished:
+        unfinished.write(found)
+    Path(unfinished.name).replace(kept)
+    return found
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:

@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import os
 import platform
 import subprocess
 from collections.abc import Iterable, Iterator
@@ -28,6 +29,12 @@ NUMERICAL_PACKAGES = (
     "snakemake",
     "sympy",
 )
+
+
+def user_cache() -> Path:
+    """Folder of what is made once for all checkouts and cases of a user; it may not exist yet."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "scapulohumeral"
 
 
 def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:

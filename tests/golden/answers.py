@@ -39,7 +39,7 @@ def answer(case: Path, folder: Path, cache: Path) -> subprocess.CompletedProcess
     ----------
     case : folder with ``participant.yaml``, ``test`` and, if there are any, ``reference``
     folder : for settings and answer, ``folder/out``
-    cache : of participants' models and equations; several processes may share it
+    cache : of participants' models; several processes may share it
     """
     command = [sys.executable, "-m", "scapulohumeral.gap.cli", "gap", "diagnose"]
     command += _tables(case / "test")

@@ -5,6 +5,7 @@ What is allowed to change them is said in ``README.md``.
 
 import copy
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from shutil import copytree
 from types import SimpleNamespace
@@ -16,23 +17,27 @@ from golden.answers import CASES, NAMES, RESULT, answer, differences
 from scapulohumeral.gap.nominal import participant_model
 from scapulohumeral.gap.nominal.participant_model import FORMULATION
 from scapulohumeral.gap.result import read_result
+from scapulohumeral.provenance import user_cache
 
 pytestmark = pytest.mark.unit
 
 
 @pytest.fixture(scope="session")
-def model_cache(pytestconfig: pytest.Config) -> Path:
+def model_cache(pytestconfig: pytest.Config) -> Iterator[Path]:
     """Where models are kept between test runs, under the hash of all they are made from.
 
-    Equations there are those of the other tests: building them takes a minute.
+    Equations there, as if it was the user's, are those of the other tests: building them takes a
+    minute.
     """
     cache = pytestconfig.cache.mkdir("gap_models")
     built = built_equations(FORMULATION, pytestconfig.cache.mkdir("equations"))
     copied = SimpleNamespace(save=lambda target: copytree(built, target, dirs_exist_ok=True))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(participant_model.compiled, "build", lambda name: copied)
-        participant_model.cached_equations(cache)
-    return cache
+        patch.setenv("XDG_CACHE_HOME", str(cache))
+        with patch.context() as building:
+            building.setattr(participant_model.compiled, "build", lambda name: copied)
+            participant_model.cached_equations(user_cache())
+        yield cache
 
 
 @pytest.mark.parametrize("name", NAMES)

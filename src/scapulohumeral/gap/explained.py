@@ -88,8 +88,7 @@ def _predictor(chosen: Fit, evidence: Evidence) -> Predictor:
     error, hypothesis = evidence.settings.signature_error, chosen.hypothesis
 
     def under(training: Residual) -> Residual:
-        part = supposed.part(training.tasks)
-        return replace(part, delta=training.delta)
+        return supposed.part(training.tasks).of(training.delta)
 
     return Predictor(
         lambda training: predicted_change(hypothesis, under(training), supposed, error),
@@ -191,7 +190,7 @@ def _scaled(training: Residual, change: np.ndarray, relative_error: float) -> np
     """A change (D,), as large as fits best, with the factors of a person."""
     white = training.whiten(change)
     change = float(white @ training.whiten(training.delta)) / float(white @ white) * change
-    error = SignatureError(change_error(training, change, relative_error, controlled=True))
+    error = SignatureError([change_error(training, change, relative_error, controlled=True)])
     left = training.delta - change
     factors = channel_factors(change, left, error, training, relative_error)
     return training.scaled(change, factors)
@@ -210,7 +209,7 @@ def _held_out(
         rest = [t for k, t in enumerate(trials) if k != i and t.task == trial.task]
         if rest:
             delta[rows] = np.mean([t.residual.delta for t in rest], axis=0)
-            training = replace(residual, delta=delta)
+            training = residual.of(delta)
             parts.append((trial.residual, predict(training)[rows]))
     return parts
 
@@ -274,7 +273,7 @@ def _expected(
     values = [share.value]
     for (part, predicted), covariance in zip(parts, left, strict=True):
         for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
-            ratio = reducible_share(*remaining(replace(part, delta=predicted + rest), predicted))
+            ratio = reducible_share(*remaining(part.of(predicted + rest), predicted))
             if ratio is not None:
                 values.append(ratio)
     low, high = np.quantile(values, [0.025, 0.975])

@@ -38,7 +38,7 @@ from scapulohumeral.gap.settings import (
     read_settings,
     sections_read,
 )
-from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.instructions import kept_instruction_hash
 from scapulohumeral.laboratory.folders import unwritable
 from scapulohumeral.provenance import MODEL_TABLES
 
@@ -173,7 +173,7 @@ def _answer(request: Request, case: Case, config: Config) -> int:
 @cache
 def answering_code() -> str:
     """Hash of the instructions that make an answer: other words in the code change nothing."""
-    return instruction_hash(ANSWERING, PACKAGE)
+    return kept_instruction_hash(ANSWERING, PACKAGE)
 
 
 def _failed(case: Case, error: Exception) -> Diagnosis:

@@ -59,6 +59,7 @@ class PoseErrors:
         return np.hstack([distance, ac, scapula, humerus, pose[:, 12:], clavicle])
 
 
+@cache
 def pose_errors(name: str) -> PoseErrors:
     """Errors of the paper's J_traj and J_quat for a formulation."""
     formulation = get_formulation(name)

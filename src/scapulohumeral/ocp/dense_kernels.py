@@ -11,7 +11,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
 import platform
 import subprocess
 import tempfile
@@ -21,6 +20,7 @@ from pathlib import Path
 import scipy
 
 from scapulohumeral.dynamics.native import find_compiler
+from scapulohumeral.provenance import user_cache
 
 SOURCE = Path(__file__).with_suffix(".c")
 NAME = "libscipy_openblas*.so"
@@ -50,7 +50,7 @@ def _compiled(compiler: str, library: Path) -> Path:
     """The kernels as a library, kept for all processes of the user."""
     key = hashlib.sha256(SOURCE.read_bytes())
     key.update(f"{library}{metadata.version('scipy')}{platform.machine()}{OPTIONS}".encode())
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "scapulohumeral"
+    cache = user_cache()
     target = cache / f"dense_kernels_{key.hexdigest()[:16]}.so"
     if not target.exists():
         cache.mkdir(parents=True, exist_ok=True)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -20,6 +21,18 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.ocp.layout import Layout
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
+
+# What follows from the equations and the unknowns alone, whatever the numbers in them.
+PATTERNS = (
+    "jacobian_structure",
+    "_muscle_pattern",
+    "_x_pattern",
+    "_x_by_muscle",
+    "_s_pattern",
+    "_xs_pattern",
+    "_xa_pattern",
+    "_xx_pattern",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +78,12 @@ class Collocation:
     layout: Layout
     step: float
     scalers: Scalers
+
+    def with_patterns_of(self, other: Collocation) -> Self:
+        """The same, with the patterns of the same equations and unknowns with other numbers."""
+        known = vars(other)
+        vars(self).update({name: known[name] for name in PATTERNS if name in known})
+        return self
 
     @property
     def number_of_equations(self) -> int:

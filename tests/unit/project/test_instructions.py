@@ -11,7 +11,7 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.detection.null_bank import LEFT_OUT, STATISTICS
 from scapulohumeral.gap.detection.null_bank import PACKAGE as GAP
 from scapulohumeral.gap.run import ANSWERING
-from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.instructions import instruction_hash, kept_instruction_hash
 from scapulohumeral.provenance import SOURCE_ROOT
 
 pytestmark = pytest.mark.unit
@@ -255,3 +255,13 @@ def test_code_that_answered_is_another(
     edited: Edit, answers_before: str, module: str, old: str, new: str
 ) -> None:
     assert answers(edited(module, old, new)) != answers_before
+
+
+def test_what_is_kept_is_what_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    fresh = instruction_hash(ANSWERING, "scapulohumeral")
+    assert kept_instruction_hash(ANSWERING, "scapulohumeral") == fresh
+    [kept] = tmp_path.rglob("instructions/*")
+    kept.write_text("kept", encoding="utf-8")
+    assert kept_instruction_hash(ANSWERING, "scapulohumeral") == "kept"
+    assert kept_instruction_hash(ANSWERING[:1], "scapulohumeral") != "kept"

@@ -20,7 +20,7 @@ from typing import Any
 
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.instructions import instruction_hash
+from scapulohumeral.instructions import kept_instruction_hash
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 SCHEMA = "null-bank/3"
@@ -140,7 +140,7 @@ def bank_hash(settings: GapSettings) -> str:
 @cache
 def code_hash() -> str:
     """Hash of the instructions that a bank is made by."""
-    return instruction_hash(STATISTICS, PACKAGE, without=LEFT_OUT)
+    return kept_instruction_hash(STATISTICS, PACKAGE, without=LEFT_OUT)
 
 
 def _real(value: Any) -> Any:

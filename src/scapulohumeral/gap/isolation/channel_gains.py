@@ -71,9 +71,9 @@ def channel_factors(
     error : of the prediction
     residual : what is explained; relative_error : of predicted changes
     """
-    columns = residual.white_by_channel_of_all_tasks(change)
+    parts = residual.axes.channels_of_all_tasks(change)
     sd = COMMON_FACTOR * relative_error
-    return np.maximum(1.0 + sd**2 * columns.T @ error.solve(residual.whiten(left)), 0.0)
+    return np.maximum(1.0 + sd**2 * parts @ error.solve(residual.axes.whiten(left)), 0.0)
 
 
 def predicted_change(
@@ -102,7 +102,7 @@ def expected_left(
     rest = np.setdiff1d(np.arange(len(whole.delta)), trained)
     fitted = fit(hypothesis.part(trained), training, relative_error)
     x, _ = freed_of_prior(fitted)
-    white = whole.whiten(np.eye(len(whole.delta))[:, rest])
+    white = whole.axes.whiten(np.eye(len(whole.delta))[:, rest])
     # The inverse of a block of a precision matrix is a covariance with all else known.
     precision = white.T @ hypothesis.error(x, whole, relative_error).solve(white)
     slope = hypothesis.slope[rest]

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,26 +41,31 @@ class Hypothesis:
         """Label in answers."""
         return JOIN.join(sorted(effect.label for effect in self.effects))
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper internal bounds (P,)."""
         ends = np.array([p.bounds for effect in self.effects for p in effect.params])
         return ends[:, 0], ends[:, 1]
 
-    @property
+    @cached_property
     def prior_sd(self) -> np.ndarray:
         """Prior spread of the internal parameters, (P,)."""
         return np.array([p.prior_sd for effect in self.effects for p in effect.params])
 
-    @property
+    @cached_property
     def order(self) -> list[tuple[int, int]]:
         """Pairs of parameters of which the first is never above the second."""
-        starts = np.cumsum([0, *(len(effect.params) for effect in self.effects)])
         return [
-            (int(start) + i, int(start) + j)
-            for start, effect in zip(starts, self.effects, strict=False)
+            (part.start + i, part.start + j)
+            for part, effect in zip(self._parts, self.effects, strict=True)
             for i, j in effect.order
         ]
+
+    @cached_property
+    def _parts(self) -> list[slice]:
+        """Which parameters belong to each effect."""
+        ends = np.cumsum([0, *(len(effect.params) for effect in self.effects)]).tolist()
+        return [slice(*pair) for pair in pairwise(ends)]
 
     def predict(self, x: np.ndarray) -> np.ndarray:
         """Change (D,) at internal parameters (P,)."""
@@ -66,17 +73,19 @@ class Hypothesis:
 
     def changes(self, x: np.ndarray) -> np.ndarray:
         """Change (D, E) by each effect at internal parameters (P,)."""
-        ends = np.cumsum([len(effect.params) for effect in self.effects])[:-1]
-        parts = zip(np.split(self.slope, ends, axis=1), np.split(x - self.at, ends), strict=True)
-        return self.value + np.stack([slope @ by for slope, by in parts], axis=1)
+        moved = x - self.at
+        parts = [self.slope[:, part] @ moved[part] for part in self._parts]
+        return self.value + np.stack(parts, axis=1)
 
     def error(self, x: np.ndarray, residual: Residual, relative: float) -> SignatureError:
         """Error of the change predicted at internal parameters (P,), of each effect by itself."""
-        covariance = np.zeros((len(self.slope), len(self.slope)))
-        for effect, change in zip(self.effects, self.changes(x).T, strict=True):
-            share = own_error(effect, relative)
-            covariance += change_error(residual, change, share, effect.changes_body)
-        return SignatureError(covariance)
+        changes = zip(self.effects, self.changes(x).T, strict=True)
+        return SignatureError(
+            [
+                change_error(residual, change, own_error(effect, relative), effect.changes_body)
+                for effect, change in changes
+            ]
+        )
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""

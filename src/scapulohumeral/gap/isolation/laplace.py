@@ -28,8 +28,8 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         hypothesis,
         residual,
         relative_error,
-        slope=residual.whiten(hypothesis.slope),
-        target=residual.whiten(
+        slope=residual.axes.whiten(hypothesis.slope),
+        target=residual.axes.whiten(
             residual.delta - hypothesis.value.sum(axis=1) + hypothesis.slope @ hypothesis.at
         ),
     )
@@ -37,7 +37,8 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     first = np.eye(len(low))[0] * hypothesis.prior_sd
     # Errors grow with predictions: what contradicts a small effect, a large one may bear.
     starts = [np.clip(hypothesis.at + sign * first, low, high) for sign in (0.0, 1.0, -1.0)]
-    settled = (system.settled(start) for start in np.unique(starts, axis=0))
+    different = sorted({tuple(start) for start in starts})
+    settled = (system.settled(np.array(start)) for start in different)
     x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
     curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
     left = system.left(x)
@@ -109,6 +110,8 @@ class _System:
         normal = self.slope.T @ weighted + np.diag(self.hypothesis.prior_sd**-2.0)
         right = weighted.T @ self.target
         low, high = self.hypothesis.bounds
+        if not self.hypothesis.order:
+            return _least(normal, right, low, high)
         alike, kept = np.eye(len(low)), list(range(len(low)))
         while True:
             basis = alike[:, kept]

@@ -4,15 +4,19 @@ A person may share out a load among muscles and joints in another way than the m
 Each channel then changes more or less than predicted, much alike in all tasks. Angles or EMG may
 change about as much, but elsewhere and at other phases.
 
-Letters: D coefficients, K channels, T tasks.
+Letters: D coefficients, K channels, T tasks, E errors.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from scapulohumeral.gap.effects.base import Effect
+from scapulohumeral.gap.residual.axes import SHAPE_ERROR, partly_alike
 from scapulohumeral.gap.residual.residual import Residual
 
 # Share of the signature error that is spread over all channels, for effects on the record.
@@ -26,37 +30,52 @@ SPREAD_SHARE = 0.3
 COMMON_FACTOR, TASK_FACTOR = 1.7, 0.7
 
 
-# Share of the error of the shape that is the same in all tasks.
-SHAPE_SHARED = 0.5
-
-
-# Errors of the shape. How a person moves against an effect the model does not know: this is not an
-# error of the effect, which would thereby explain any movement, but supposed as another movement.
-SHAPE_ERROR = {"kinematics": 0.0, "emg": 1.0, "contact_force": 1.0}
-
-
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
 
 
-class SignatureError:
-    """Whitened residuals (D,), normal with covariance I + E, E (D, D) the error of a prediction."""
+class ChangeError(NamedTuple):
+    """Covariance of the error of a predicted change, along the axes of a comparison.
 
-    def __init__(self, error: np.ndarray) -> None:
-        covariance = error + np.eye(len(error))
-        self._factor = cho_factor(covariance, lower=True, overwrite_a=True)
-        self.logdet = 2.0 * float(np.log(np.diag(self._factor[0])).sum())
+    That of independent errors with a variance (D,), and the squares of rows (E, D).
+    """
+
+    variance: np.ndarray
+    rows: np.ndarray
+
+
+class SignatureError:
+    """Whitened residuals (D,), normal with a covariance of one and errors of predictions.
+
+    What a few rows add is solved for in their order (Woodbury).
+
+    Parameters
+    ----------
+    errors : of predicted changes, independent of each other
+    """
+
+    def __init__(self, errors: Sequence[ChangeError]) -> None:
+        variance = sum((one.variance for one in errors), start=np.ones(1))
+        rows = np.concatenate([one.rows for one in errors])
+        self._weight = 1.0 / variance
+        self._weighted = rows * self._weight
+        inner = self._weighted @ rows.T
+        inner[np.diag_indices_from(inner)] += 1.0
+        # As cho_factor does, whose checks take longer than the factors of so few rows.
+        self._factor, _ = dpotrf(inner.T, lower=True, overwrite_a=True)
+        self.logdet = float(np.log(variance).sum() + 2.0 * np.log(np.diag(self._factor)).sum())
 
     def solve(self, vectors: np.ndarray) -> np.ndarray:
-        """Inverse of I + E times vectors (D,) or (D, P)."""
-        return cho_solve(self._factor, vectors)
+        """Inverse of the covariance times vectors (D,) or (D, P)."""
+        known, _ = dpotrs(self._factor, self._weighted @ vectors, lower=True)
+        return (self._weight * vectors.T).T - self._weighted.T @ known
 
     def squares(self, white: np.ndarray) -> float:
-        """Sum of squares of a whitened residual (D,) in units of I + E."""
+        """Sum of squares of a whitened residual (D,) in units of the covariance."""
         return float(white @ self.solve(white))
 
     def log_density(self, squares: float, count: int) -> float:
-        """Log density of a whitened residual with a sum of squares in units of I + E."""
+        """Log density of a whitened residual with a sum of squares in units of the covariance."""
         return -0.5 * (squares + self.logdet + count * np.log(2.0 * np.pi))
 
 
@@ -70,8 +89,8 @@ def own_error(effect: Effect, relative: float) -> float:
 
 def change_error(
     residual: Residual, change: np.ndarray, relative: float, controlled: bool
-) -> np.ndarray:
-    """Covariance (D, D), whitened, of the error of a predicted change.
+) -> ChangeError:
+    """Error of a predicted change.
 
     Parameters
     ----------
@@ -80,22 +99,20 @@ def change_error(
     relative : error of each channel's change, relative
     controlled : whether muscles make the change, so that its shape depends on a person's control
     """
-    by_channel = residual.white_by_channel(change)
-    if controlled:
-        of_person = residual.over_tasks(by_channel)
-        factors = relative * np.hstack([TASK_FACTOR * by_channel, COMMON_FACTOR * of_person])
-        covariance = factors @ factors.T
-        for kind in residual.kinds:
-            size = SHAPE_ERROR[kind.name] * relative
-            if size == 0.0:
-                continue
-            mean_square = float(np.mean((change[kind.rows] / kind.deviations) ** 2))
-            if mean_square > 0.0:
-                covariance += size**2 * mean_square * SHAPE_SHARED * kind.shared
-                covariance += size**2 * mean_square * (1.0 - SHAPE_SHARED) * kind.covariance
-        return covariance
-    covariance = relative**2 * by_channel @ by_channel.T
-    whole = by_channel.sum(axis=1)
-    spread = (SPREAD_SHARE * relative) ** 2 * float(whole @ whole) / len(whole)
-    covariance[np.diag_indices_from(covariance)] += spread
-    return covariance
+    axes = residual.axes
+    rows = relative * axes.channels(change)
+    if not controlled:
+        whole = rows.sum(axis=0)
+        spread = SPREAD_SHARE**2 * float(whole @ whole) / len(whole)
+        return ChangeError(np.full(len(whole), spread), rows)
+    variance = np.zeros(len(change))
+    every = [partly_alike(rows, axes.tasks, TASK_FACTOR, COMMON_FACTOR)]
+    for kind in residual.kinds:
+        size = SHAPE_ERROR[kind.name] * relative
+        shown = change[kind.rows] / kind.deviations
+        mean_square = size**2 * float(shown @ shown) / len(shown)
+        if kind.name in axes.variances:
+            variance += mean_square * axes.variances[kind.name]
+        elif kind.name in axes.rows:
+            every.append(np.sqrt(mean_square) * axes.rows[kind.name])
+    return ChangeError(variance, np.concatenate(every))

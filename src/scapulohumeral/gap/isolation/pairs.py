@@ -35,7 +35,7 @@ def paired(
     nothing = no_gap_evidence(residual)
     for leader in strongest(singles, prior, LEADERS):
         error = leader.hypothesis.error(leader.x, residual, relative_error)
-        left = residual.whiten(residual.delta - leader.predicted)
+        left = residual.axes.whiten(residual.delta - leader.predicted)
         family = leader.hypothesis.effects[0].family
         others = [f for f in singles if f.hypothesis.effects[0].family != family]
         gains = {f.label: _gain(f.hypothesis, left, error, residual) for f in others}
@@ -64,7 +64,7 @@ def _gain(
 
     The error of its own prediction is left out.
     """
-    slope = residual.whiten(hypothesis.slope)
+    slope = residual.axes.whiten(hypothesis.slope)
     weighted = error.solve(slope)
     right = weighted.T @ left
     normal = slope.T @ weighted + np.diag(hypothesis.prior_sd**-2.0)

@@ -48,7 +48,7 @@ def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
         scalers=collocation.scalers,
         external_Nm=body.external_Nm,
         external_N=body.external_N,
-    )
+    ).with_patterns_of(collocation)
 
 
 def body_bounds(

@@ -127,7 +127,7 @@ class Movement:
             muscles=body.muscles,
             parameters=pack(body.parameters),
             step=objective.step,
-        )
+        ).with_patterns_of(self.mesh.collocation)
         bounds = self.mesh.lower_bound, self.mesh.upper_bound
         return self.mesh.varied(collocation, objective, "exact", bounds)
 

@@ -114,7 +114,7 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     ----------
     case : Case
     settings : ModelSettings
-    cache : folder of models and equations; made if missing
+    cache : folder of models; made if missing
 
     Raises
     ------
@@ -127,7 +127,7 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     key = _key(inputs, settings)
     paths = cache / f"geometry_{_geometry_key(case, inputs, settings)}"
     folder = _cached(cache / key, lambda target: _build(target, paths, case, inputs, settings))
-    equations = cached_equations(cache)
+    equations = cached_equations(provenance.user_cache())
     record = read_record(folder / "model.json")
     thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
     geometry = load_geometry(folder / GEOMETRY_FILE)
@@ -143,7 +143,10 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
 
 
 def cached_equations(cache: Path) -> Path:
-    """Folder of the equations of motion in quaternions; built once per version of their code."""
+    """Folder of the equations of motion in quaternions; built once per version of their code.
+
+    They are the same for all people and cases: `cache` is that of the user.
+    """
     key = provenance.code_hash("scapulohumeral.dynamics.compiled")
     versions = provenance.environment_versions()
     name = f"equations_{key[:16]}_{versions['casadi']}_{versions['sympy']}"

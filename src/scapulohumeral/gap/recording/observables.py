@@ -95,6 +95,29 @@ def predicted(
     return Observation(duration_s, x.q, channels, emg, force)
 
 
+def predicted_changes(
+    x: Trajectory,
+    steps: Sequence[Trajectory],
+    channels: tuple[str, ...],
+    electrodes: Array,
+    contact: bool,
+) -> Array:
+    """Derivatives (P, N, K) of the channels of what :func:`predicted` records, along steps (P)."""
+    moved = np.stack([step.q for step in steps])
+    parts = []
+    for part in JOINT_QUATERNIONS:
+        # A rotation vector is twice the vector part of dq q*, for a q of length one.
+        turn = quaternion_multiply(moved[..., part], quaternion_conjugate(x.q[:, part]))
+        square = np.sum(x.q[:, part] ** 2, axis=1, keepdims=True)
+        parts.append(np.rad2deg(2.0 * turn[..., 1:] / square))
+    parts.append(np.rad2deg(moved[..., 12:]))
+    if channels:
+        parts.append(np.stack([step.e for step in steps]) @ electrodes.T)
+    if contact:
+        parts.append(-np.stack([step.reaction for step in steps]))
+    return np.concatenate(parts, axis=2)
+
+
 def electrode_matrix(emg_groups: Sequence[Sequence[str]], groups: np.ndarray) -> Array:
     """Means over the elements of each channel's muscle groups, (C, M), of groups (M,)."""
     members = np.array([np.isin(groups, list(names)) for names in emg_groups], dtype=float)

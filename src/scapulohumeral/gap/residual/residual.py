@@ -15,25 +15,10 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from scapulohumeral.gap.recording.observables import channel_kind
+from scapulohumeral.gap.residual.axes import Axes, Kind, axes
 
-
-@dataclass(frozen=True, eq=False)
-class Kind:
-    """Channels of one kind in a comparison.
-
-    Attributes
-    ----------
-    name : of the kind; rows : (R,) positions of its coefficients in (D,)
-    deviations : (R,) standard deviations between repeats
-    covariance : (D, D), whitened, of independent changes of all of them by one deviation
-    shared : the same for changes that are alike in all tasks
-    """
-
-    name: str
-    rows: np.ndarray
-    deviations: np.ndarray
-    covariance: np.ndarray
-    shared: np.ndarray
+# What is made once of a covariance.
+OF_COVARIANCE = ("_factor", "log_volume", "axes", "kinds", "spread")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +58,11 @@ class Residual:
         return solve_triangular(self._factor, vectors, lower=True)
 
     @cached_property
+    def axes(self) -> Axes:
+        """Whitened axes along which errors of the shape of a prediction are independent."""
+        return axes(self._factor, self.kinds, len(self.tasks), self.functions.shape[1])
+
+    @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """Kinds of channels that there are."""
         found = dict.fromkeys(channel_kind(name) for name in self.channels)
@@ -80,30 +70,7 @@ class Residual:
 
     def _kind(self, name: str) -> Kind:
         rows = self.channel_rows([c for c in self.channels if channel_kind(c) == name])
-        deviations = np.sqrt(np.diag(self.noise)[rows])
-        columns = np.zeros((len(self.delta), len(rows)))
-        columns[rows, np.arange(len(rows))] = deviations
-        white = self.whiten(columns)
-        alike = self.over_tasks(white)
-        return Kind(name, rows, deviations, white @ white.T, alike @ alike.T)
-
-    @cached_property
-    def _whitening(self) -> np.ndarray:
-        """What whitens, (D, T K, B)."""
-        whitening = self.whiten(np.eye(len(self.delta)))
-        return whitening.reshape(len(whitening), -1, self.functions.shape[1])
-
-    def white_by_channel(self, vector: np.ndarray) -> np.ndarray:
-        """Whitened columns (D, T K) of a vector's (D,) part of one channel of one task each."""
-        return np.einsum("dcb,cb->dc", self._whitening, vector.reshape(self._whitening.shape[1:]))
-
-    def white_by_channel_of_all_tasks(self, vector: np.ndarray) -> np.ndarray:
-        """Whitened columns (D, K) of a vector's (D,) part of one channel each."""
-        return self.over_tasks(self.white_by_channel(vector))
-
-    def over_tasks(self, columns: np.ndarray) -> np.ndarray:
-        """Sums of columns (D, T C) of all tasks, (D, C)."""
-        return columns.reshape(len(columns), len(self.tasks), -1).sum(axis=1)
+        return Kind(name, rows, np.sqrt(np.diag(self.noise)[rows]))
 
     def scaled(self, vector: np.ndarray, factors: np.ndarray) -> np.ndarray:
         """A vector (D,) with its channels times factors (K,)."""
@@ -138,6 +105,13 @@ class Residual:
         variance = np.einsum("nb,ibc,nc->in", self.functions, np.array(blocks), self.functions)
         shaped = variance.reshape(len(self.tasks), len(self.channels), -1)
         return np.sqrt(shaped).transpose(0, 2, 1)
+
+    def of(self, delta: np.ndarray) -> Residual:
+        """Another difference (D,) of the same covariance: what was made of that is kept."""
+        other = replace(self, delta=delta)
+        made = vars(self)
+        vars(other).update({name: made[name] for name in OF_COVARIANCE if name in made})
+        return other
 
     def part(self, tasks: Sequence[str]) -> Residual:
         """The same for some of the tasks."""

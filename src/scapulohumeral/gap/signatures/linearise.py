@@ -23,6 +23,7 @@ from scapulohumeral.gap.recording.observables import (
     difference,
     phase_functions,
     predicted,
+    predicted_changes,
 )
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 from scapulohumeral.model.rotations import (
@@ -142,16 +143,15 @@ class Linearised:
 
     def through(self, conditions: Array) -> Array:
         """Changes of the record (P, N, K) of derivatives (n + m, P) of the conditions."""
-        moved = sensitivity(self.kkt, conditions).free
-        return np.stack([self._change(direction) for direction in moved.T])
-
-    def _change(self, direction: Array) -> Array:
-        step = STEP / max(float(np.abs(direction).max()), 1e-12)
-        ahead, behind = (
-            self._record(self.point.free + sign * step * direction, self.body)
-            for sign in (1.0, -1.0)
+        trajectory, sensors = self.problem.trajectory, self.sensors
+        steps = [trajectory(step) for step in sensitivity(self.kkt, conditions).free.T]
+        return predicted_changes(
+            trajectory(self.point.free),
+            steps,
+            sensors.channels,
+            self.body.seen * sensors.electrodes,
+            sensors.contact,
         )
-        return difference(ahead, behind) / (2.0 * step)
 
     def _record(self, free: Array, body: Body) -> Observation:
         r = self.sensors

@@ -17,9 +17,9 @@ from scapulohumeral.gap.verdict.posterior import Posterior
 
 def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:
     """How far another hypothesis stays from what a fit predicts, in units of the noise."""
-    target = replace(residual, delta=fitted.predicted)
+    target = residual.of(fitted.predicted)
     closest = fit(other, target, 0.0)
-    remaining = residual.whiten(fitted.predicted - closest.predicted)
+    remaining = residual.axes.whiten(fitted.predicted - closest.predicted)
     error = fitted.hypothesis.error(fitted.x, residual, relative_error)
     return float(np.sqrt(remaining @ error.solve(remaining)))
 

@@ -19,7 +19,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from scapulohumeral.ocp.objective import Objective
 from scapulohumeral.ocp.optimality.kkt import KktSystem
@@ -107,10 +106,8 @@ def _conditions(point: Start, changed: Variant) -> np.ndarray:
     """Conditions that depend on parameters: (n,) and the collocation constraints."""
     free, collocation, layout = point.free, changed.collocation, changed.collocation.layout
     residual = collocation.constraints(free)
-    jacobian = sparse.csr_matrix(
-        (collocation.jacobian(free), collocation.jacobian_structure),
-        shape=(residual.size, free.size),
-    )
     gradient = layout.join_gradient(changed.objective.gradient(layout.split(free)))
-    gradient += jacobian.T @ np.asarray(point.multipliers)[: residual.size]
+    rows, columns = collocation.jacobian_structure
+    pulled = collocation.jacobian(free) * np.asarray(point.multipliers)[rows]
+    gradient += np.bincount(columns, pulled, free.size)
     return np.concatenate([gradient, residual])

@@ -22,14 +22,13 @@ from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
 from scapulohumeral.gap.isolation.model_error import (
     COMMON_FACTOR,
-    SHAPE_ERROR,
-    SHAPE_SHARED,
     SPREAD_SHARE,
     TASK_FACTOR,
     SignatureError,
     change_error,
 )
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS
+from scapulohumeral.gap.residual.axes import SHAPE_ERROR, SHAPE_SHARED
 from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
 from scapulohumeral.gap.result import Candidate, Entered
 from scapulohumeral.gap.verdict.baselines import baseline_labels
@@ -134,7 +133,7 @@ def test_amplitudes_that_the_data_hardly_know_keep_their_prior():
 
 def left(found, case):
     """Whitened difference that a fit leaves, (D,)."""
-    return case.whiten(case.delta - found.predicted)
+    return case.axes.whiten(case.delta - found.predicted)
 
 
 def misfit(found, case, relative_error):
@@ -247,10 +246,18 @@ def error_covariance(error):
     return np.linalg.inv(error.solve(np.eye(SIZE)))
 
 
+def covariance(there, predicted, controlled):
+    """Covariance (D, D) of the error of a prediction, whitened in the order of coefficients."""
+    error = change_error(there, predicted, 0.3, controlled=controlled)
+    along = np.diag(error.variance) + error.rows.T @ error.rows
+    turn = there.axes.whiten(np.linalg.cholesky(there.covariance))
+    return turn.T @ along @ turn
+
+
 def test_signature_error_of_an_effect_on_the_record_scales_with_the_prediction():
     there = residual(noise(0), 2.0)
     predicted = np.random.default_rng(1).normal(size=SIZE)
-    error = SignatureError(change_error(there, predicted, 0.3, controlled=False))
+    error = SignatureError([change_error(there, predicted, 0.3, controlled=False)])
     white = predicted / 2.0
     dense = error_covariance(error)
     assert error.logdet == pytest.approx(np.linalg.slogdet(dense)[1])
@@ -265,7 +272,7 @@ def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
     there = replace(residual(noise(0), 2.0), channels=channels)
     predicted = np.zeros(SIZE)
     predicted[:4] = 3.0
-    controlled, exact = (change_error(there, predicted, 0.3, controlled=c) for c in (True, False))
+    controlled, exact = (covariance(there, predicted, c) for c in (True, False))
     angles, emg = there.channel_rows(channels[:9]), there.channel_rows(channels[9:])
     white = predicted / 2.0
     spread = (SPREAD_SHARE * 0.3) ** 2 * np.mean(white**2)
@@ -284,7 +291,7 @@ def test_what_muscles_change_may_show_elsewhere_in_channels_of_the_same_kind():
 def test_a_channel_is_off_alike_in_all_tasks():
     there = residual(noise(0))
     predicted = np.random.default_rng(1).normal(size=SIZE)
-    error = change_error(there, predicted, 0.3, controlled=True)
+    error = covariance(there, predicted, controlled=True)
     across = error[:4, SIZE // 2 : SIZE // 2 + 4]
     shape = SHAPE_SHARED * (SHAPE_ERROR["kinematics"] * 0.3) ** 2 * np.mean(predicted**2)
     of_person = (COMMON_FACTOR * 0.3) ** 2 * np.outer(predicted[:4], predicted[SIZE // 2 :][:4])

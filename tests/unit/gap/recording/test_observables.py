@@ -1,0 +1,44 @@
+"""What would be recorded of a solution, and how it changes with it."""
+
+import numpy as np
+import pytest
+
+from scapulohumeral.gap.recording.observables import difference, predicted, predicted_changes
+from scapulohumeral.ocp.objective import Trajectory
+
+pytestmark = pytest.mark.unit
+
+NODES, MUSCLES, STEP = 5, 4, 1e-5
+CHANNELS, ELECTRODES = ("EMG_a", "EMG_b"), np.array([[1.0, 0, 0, 0], [0, 0.5, 0.5, 0]])
+
+
+def trajectory(rng: np.random.Generator) -> Trajectory:
+    """A trajectory of any numbers."""
+    widths = {"q": 13, "u": 10, "a": MUSCLES, "e": MUSCLES, "reaction": 3}
+    return Trajectory(**{name: rng.normal(size=(NODES, width)) for name, width in widths.items()})
+
+
+@pytest.mark.parametrize("channels", [(), CHANNELS])
+@pytest.mark.parametrize("contact", [False, True])
+def test_changes_are_differences_of_what_is_recorded(channels, contact):
+    rng = np.random.default_rng(3)
+    x, *steps = (trajectory(rng) for _ in range(3))
+    found = predicted_changes(x, steps, channels, ELECTRODES, contact)
+    for change, step in zip(found, steps, strict=True):
+        ahead, behind = (
+            predicted(
+                Trajectory(
+                    **{
+                        name: getattr(x, name) + sign * STEP * getattr(step, name)
+                        for name in ("q", "u", "a", "e", "reaction")
+                    }
+                ),
+                1.0,
+                channels,
+                ELECTRODES,
+                contact,
+            )
+            for sign in (1.0, -1.0)
+        )
+        expected = difference(ahead, behind) / (2.0 * STEP)
+        np.testing.assert_allclose(change, expected, rtol=1e-6, atol=1e-6)

@@ -137,6 +137,11 @@ class Study:
         """All pairs of participant and condition that are predicted."""
         return [(name, each) for name in self.participants for each in self.conditions(name)]
 
+    def predicted_tasks(self) -> list[tuple[str, str]]:
+        """All pairs of participant and daily task whose arm the healthy shoulder follows."""
+        tasks = self.config["prediction"]["tasks"]
+        return [(n, task) for n in self.participants for task in tasks if task in self.trials(n)]
+
     def spread(self) -> list[tuple[str, str]]:
         """Pairs of participant and condition that get a spread from that of the scalers."""
         return [
@@ -235,18 +240,19 @@ def _check_recordings(study: Study) -> None:
                     f"no recording of. Write for example: planes: "
                     f"[{', '.join(one for one in trials if not study.is_task(participant, one))}]"
                 )
-    for task in study.config["validation"]["tasks"]:
-        if not any(task in study.trials(name) for name in study.participants):
-            _check_task(study, task)
+    for section in ("validation", "prediction"):
+        for task in study.config[section]["tasks"]:
+            if not any(task in study.trials(name) for name in study.participants):
+                _check_task(study, section, task)
 
 
-def _check_task(study: Study, task: str) -> None:
+def _check_task(study: Study, section: str, task: str) -> None:
     """Refuse a daily task that nobody has a recording of, configured or not."""
     everybody = [study.trials(name) for name in list_participants(study.folder)]
     known = dict.fromkeys(trial for trials in everybody for trial in trials)
     if task not in known:
         raise ConfigError(
-            f"Config key 'validation.tasks' names '{task}', which no participant has a recording "
+            f"Config key '{section}.tasks' names '{task}', which no participant has a recording "
             f"of. Choose from: {', '.join(known)}"
         )
 

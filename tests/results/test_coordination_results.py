@@ -17,6 +17,8 @@ from scapulohumeral.ocp.solution import read_solution
 pytestmark = pytest.mark.results
 
 LARGEST_KKT_ERROR = 1e-6
+# Twice that of the worst tracked elevation.
+LARGEST_ARM_RMSE_DEG = 5.0
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,22 @@ def test_predictions_have_quantities_if_and_only_if_they_are_solved(table: pd.Da
     assert (quantities.isna().all(axis=1) == ~solved).all()
     # Percent of body weight.
     assert quantities[solved].peak_gh_force_bw.between(5.0, 500.0).all()
+
+
+def test_every_daily_task_has_a_row_and_a_distance_where_it_is_solved(files) -> None:
+    if not (found := _paths(files, "against_tasks")):
+        pytest.skip("the study predicts no daily task")
+    rows = pd.read_csv(found[0]).set_index(["participant", "task"])
+    paths = _paths(files, "task_predictions")
+    assert sorted(rows.index) == sorted((p.parents[1].name, p.parent.name) for p in paths)
+    for path in paths:
+        about = read_solution(path, allow_failed=True).header
+        row = rows.loc[(about["participant"], path.parent.name)]
+        assert row.status == about["status"], path
+        assert list(about["planes"]) == [path.parent.name], "one trial, and that of the folder"
+        assert np.isfinite(row.ur_rmse_deg) == (about["status"] == "optimal"), path
+        # The arm is followed: it may not be the arm that makes the girdle right or wrong.
+        assert not row.arm_rmse_deg > LARGEST_ARM_RMSE_DEG, path
 
 
 def test_rhythm_has_every_phase_of_every_solved_prediction(files, table: pd.DataFrame) -> None:

@@ -25,7 +25,7 @@ LARGEST_SPEED_DRIFT_DEG_S = 5.0
 # Of the equations as they are discretised; the solver scales the forces by 100 N.
 LARGEST_RESIDUAL = {"kinematic": 1e-6, "torque": 1e-6, "force": 1e-4, "activation": 1e-6}
 # A composite motion has three times the intervals of an elevation, which repeat themselves.
-EVERY = {"solutions": 1, "predictions": 5}
+EVERY = {"solutions": 1, "predictions": 5, "task_predictions": 5}
 
 
 def paths(files, name: str) -> list[Path]:
@@ -54,10 +54,10 @@ def model_of(files, participant: str, formulation: str) -> ShoulderModel:
 
 def parameters_of(solution: Solution, model: ShoulderModel) -> np.ndarray:
     """Run-time parameters (P,) of the equations that a solution was made with."""
-    condition = solution.header.get("condition")
+    condition, load = (solution.header.get(key) for key in ("condition", "hand_load_kg"))
     # A condition makes it a prediction, in which the girdle moves freely.
-    parameters = model.parameters() if condition is None else model.free_parameters()
-    values = {name: block.copy() for name, block in unpack(parameters).items()}
+    made = model.parameters if condition is None else model.free_parameters
+    values = {name: block.copy() for name, block in unpack(made(load or 0.0)).items()}
     stiffness = (condition or {}).get("girdle_stiffness_Nm_per_rad")
     if stiffness is not None:
         values["joint_stiffness"][:2] = stiffness
@@ -70,7 +70,8 @@ def solved(files, name: str) -> list[tuple[Path, Solution, ShoulderModel]]:
     for path in paths(files, name):
         solution = read_solution(path, allow_failed=True)
         if solution.header["status"] == "optimal":
-            model = model_of(files, path.parent.name, solution.header["formulation"])
+            about = (solution.header[key] for key in ("participant", "formulation"))
+            model = model_of(files, *about)
             found.append((path, solution, model))
     return found
 

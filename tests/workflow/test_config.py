@@ -96,6 +96,6 @@ def test_quick_study_differs_in_selection_only(repository: Path) -> None:
         "diagnose",
     }
     assert quick.keys() <= selections
-    assert quick["prediction"].keys() <= {"predict", "predict_also"}
+    assert quick["prediction"].keys() <= {"predict", "predict_also", "tasks"}
     assert quick["variants"].keys() <= {"predict"}
     assert quick["validation"].keys() <= {"tasks"}

@@ -28,6 +28,8 @@ PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
 MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
 MUSCLES = ("generic", "calibrated")
+# The condition of static postures and of daily tasks.
+HEALTHY = "healthy"
 # Refuses a configuration, or the file of a participant, before any rule is read.
 STUDY = planned(config, PARTICIPANTS)
 
@@ -91,18 +93,21 @@ def condition_of(wildcards):
     return STUDY.condition(wildcards.condition, wildcards.participant)
 
 
-def posture_scalers(wildcards):
+def needed_scalers(condition, participant):
+    """Scalers of a participant, if a condition has calibrated muscles."""
+    calibrated = condition["parameters"] == "calibrated"
+    return {"calibration": scalers_of(participant)} if calibrated else {}
+
+
+def healthy_scalers(wildcards):
     """Scalers of a participant whose healthy shoulder has them."""
-    healthy = STUDY.condition("healthy", wildcards.participant)
-    calibrated = healthy["parameters"] == "calibrated"
-    return {"calibration": scalers_of(wildcards.participant)} if calibrated else {}
+    return needed_scalers(STUDY.condition(HEALTHY, wildcards.participant), wildcards.participant)
 
 
 def prediction_inputs(wildcards):
     """Scalers and the solution that a prediction starts from, where it has them."""
-    condition, inputs = condition_of(wildcards), {}
-    if condition["parameters"] == "calibrated":
-        inputs["calibration"] = scalers_of(wildcards.participant)
+    condition = condition_of(wildcards)
+    inputs = needed_scalers(condition, wildcards.participant)
     if condition["start"] in config["prediction"]["conditions"]:
         inputs["neighbour"] = f"results/prediction/{wildcards.participant}/{condition['start']}.npz"
     return inputs
@@ -116,6 +121,21 @@ def paths_of(pattern, pairs, second):
 def prediction_results(pattern):
     """Paths of all configured predictions."""
     return paths_of(pattern, STUDY.predicted(), "condition")
+
+
+# The healthy shoulder on the arm of a daily task, below the folder of a model.
+ON_TASK = f"{{participant}}/{{trial}}/{HEALTHY}"
+TRACKED_TASK = "results/tracking/{participant}/{trial}_quaternion.npz"
+
+
+def task_results(ending):
+    """Paths of all predictions on the arm of a daily task."""
+    return paths_of(f"results/prediction/{ON_TASK}{ending}", STUDY.predicted_tasks(), "trial")
+
+
+def task_table():
+    """The table of predicted daily tasks, where there are any."""
+    return ["results/prediction/against_tasks.csv"] if STUDY.predicted_tasks() else []
 
 
 def prediction_table(name):
@@ -218,6 +238,29 @@ def tried_results(pattern):
     )
 
 
+def tried_tasks():
+    """Pairs of participant and daily task that variants are judged on."""
+    people = config["variants"]["tried"]["participants"]
+    return [(name, task) for name, task in STUDY.predicted_tasks() if name in people]
+
+
+def tried_models():
+    """Folders of predictions of the study and of all variants that were tried."""
+    names = config["variants"]["tried"]["variants"]
+    return ["results/prediction", *(f"results/variants/{name}" for name in names)]
+
+
+def tried_task_results(ending):
+    """Paths of the daily tasks that the study and all tried variants predict."""
+    patterns = [f"{folder}/{ON_TASK}{ending}" for folder in tried_models()]
+    return [path for each in patterns for path in paths_of(each, tried_tasks(), "trial")]
+
+
+def tried_tracked_tasks():
+    """Tracked daily tasks in the order of the predicted ones."""
+    return paths_of(TRACKED_TASK, tried_tasks(), "trial") * len(tried_models())
+
+
 def tried_study(pattern):
     """Paths of the study's own predictions that variants were tried beside."""
     tried = config["variants"]["tried"]
@@ -259,10 +302,8 @@ CASES = sensitivity.sensitivity_cases(SENSITIVITY)
 def case_inputs(wildcards):
     """Scalers and tracked motions of a case of the sensitivity."""
     own = "results/sensitivity/{participant}/{case}_{plane}.npz"
-    inputs = {"tracked": expand(own, **wildcards, plane=SENSITIVITY.planes)}
-    if condition_of(wildcards)["parameters"] == "calibrated":
-        inputs["calibration"] = scalers_of(wildcards.participant)
-    return inputs
+    tracked = expand(own, **wildcards, plane=SENSITIVITY.planes)
+    return {"tracked": tracked, **needed_scalers(condition_of(wildcards), wildcards.participant)}
 
 
 def case_condition(wildcards):

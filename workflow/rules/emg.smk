@@ -51,6 +51,8 @@ rule simulate_elevations:
         weights=lookup(within=config, dpath="weights/calibration"),
         pause_s=lookup(within=config, dpath="composite/pause_s"),
         electrodes=lookup(within=config, dpath="emg/simulation"),
+        # Rigid, as the model's.
+        tendon_strain=0.0,
     threads: 1
     resources:
         mem_mb=4000,

@@ -82,6 +82,56 @@ rule spread_scalers:
         "../scripts/spread_scalers.py"
 
 
+use rule solve_prediction as predict_task with:
+    # The arm of one daily task in place of the elevations.
+    input:
+        unpack(healthy_scalers),
+        participant=PARTICIPANT_FILE,
+        model="results/models/{participant}.json",
+        thorax="results/models/{participant}_thorax.json",
+        geometry="results/muscle_geometry/{participant}/quaternion.npz",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=[TRACKED_TASK],
+        code=rules.solve_prediction.input.code,
+    output:
+        solution="results/prediction/{participant}/{trial}/{condition}.npz",
+        summary="results/prediction/{participant}/{trial}/{condition}.summary.json",
+    log:
+        solver="results/logs/predict_task/{participant}_{trial}_{condition}.solver.log",
+        python="results/logs/predict_task/{participant}_{trial}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/predict_task/{participant}_{trial}_{condition}.jsonl"
+    wildcard_constraints:
+        condition=HEALTHY,
+    message:
+        "Prediction: participant {wildcards.participant}, {wildcards.condition}, {wildcards.trial}"
+
+
+rule compare_tasks:
+    input:
+        solutions=task_results(".npz"),
+        summaries=task_results(".summary.json"),
+        tracked=paths_of(TRACKED_TASK, STUDY.predicted_tasks(), "trial"),
+        participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
+        code=code_of("scapulohumeral.report.prediction.daily_tasks"),
+    output:
+        table="results/prediction/against_tasks.csv",
+    log:
+        python="results/logs/compare_tasks.python.log",
+    benchmark:
+        "results/benchmarks/compare_tasks.jsonl"
+    params:
+        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
+        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
+        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
+    threads: 1
+    message:
+        "Predicted daily tasks against their recordings"
+    script:
+        "../scripts/compare_tasks.py"
+
+
 rule summarise_predictions:
     input:
         solutions=prediction_results("results/prediction/{participant}/{condition}.npz"),

@@ -48,6 +48,7 @@ use rule simulate_elevations as simulate_recovery_elevations with:
         weights=recovery_weights,
         pause_s=lookup(within=config, dpath="composite/pause_s"),
         electrodes=recovery_electrodes,
+        tendon_strain=lambda wildcards: RECOVERY.plants[wildcards.plant].tendon_strain,
     message:
         "Simulated EMG of arm {wildcards.plant}: participant {wildcards.participant}"
 

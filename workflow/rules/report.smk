@@ -59,6 +59,7 @@ rule render_report:
         ),
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
+        against_tasks=task_table(),
         targets=["config/targets.yaml"],
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),

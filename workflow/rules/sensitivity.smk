@@ -96,7 +96,7 @@ rule sensitivity:
 
 rule solve_static_postures:
     input:
-        unpack(posture_scalers),
+        unpack(healthy_scalers),
         participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         thorax="results/models/{participant}_thorax.json",

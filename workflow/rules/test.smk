@@ -23,6 +23,7 @@ rule test_solutions:
             formulation=sorted({"quaternion", *config["formulations"]}),
         ),
         predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
+        task_predictions=task_results(".npz"),
         tests=[
             "tests/results/test_reintegration.py",
             "tests/results/test_simulated_persons.py",
@@ -69,6 +70,8 @@ rule test_results:
         predictions=prediction_results("results/prediction/{participant}/{condition}.npz"),
         prediction_summary=prediction_table("summary"),
         rhythm=prediction_table("shr"),
+        task_predictions=task_results(".npz"),
+        against_tasks=task_table(),
         report=f"reports/{config['report']}.html",
         tests=sorted(
             {str(path) for path in Path("tests/results").glob("*.py")}

@@ -94,6 +94,31 @@ use rule solve_prediction as solve_variant with:
         " {wildcards.condition}"
 
 
+use rule solve_variant as predict_variant_task with:
+    # The arm of one daily task in place of the elevations.
+    input:
+        unpack(variant_inputs),
+        participant=PARTICIPANT_FILE,
+        thorax="results/models/{participant}_thorax.json",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=[TRACKED_TASK],
+        code=rules.solve_variant.input.code,
+    output:
+        solution="results/variants/{variant}/{participant}/{trial}/{condition}.npz",
+        summary="results/variants/{variant}/{participant}/{trial}/{condition}.summary.json",
+    log:
+        solver="results/logs/predict_variant_task/{variant}_{participant}_{trial}_{condition}.solver.log",
+        python="results/logs/predict_variant_task/{variant}_{participant}_{trial}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/predict_variant_task/{variant}_{participant}_{trial}_{condition}.jsonl"
+    wildcard_constraints:
+        condition=HEALTHY,
+    message:
+        "Prediction of variant {wildcards.variant}: participant {wildcards.participant},"
+        " {wildcards.condition}, {wildcards.trial}"
+
+
 rule compare_predictions:
     input:
         solutions=prediction_results("results/prediction/{participant}/{condition}.npz")
@@ -168,6 +193,9 @@ rule tabulate_tried:
         + tried_results("results/variants/{variant}/{participant}/{condition}.npz"),
         summaries=tried_study("results/prediction/{participant}/{condition}.summary.json")
         + tried_results("results/variants/{variant}/{participant}/{condition}.summary.json"),
+        task_solutions=tried_task_results(".npz"),
+        task_summaries=tried_task_results(".summary.json"),
+        tracked_tasks=tried_tracked_tasks(),
         tracked=expand(
             "results/tracking/{participant}/{plane}_quaternion.npz",
             participant=config["variants"]["tried"]["participants"],
@@ -179,6 +207,7 @@ rule tabulate_tried:
         targets="config/targets.yaml",
         code=code_of(
             "scapulohumeral.report.prediction.against",
+            "scapulohumeral.report.prediction.daily_tasks",
             "scapulohumeral.report.prediction.tried",
         ),
     output:

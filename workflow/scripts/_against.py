@@ -5,6 +5,7 @@ from typing import Any
 
 from scapulohumeral.model.muscle_paths.pose_region import Region
 from scapulohumeral.report.prediction.against import AgainstFiles
+from scapulohumeral.report.prediction.daily_tasks import TaskFiles
 
 
 def against_files(snakemake: Any) -> AgainstFiles:
@@ -19,6 +20,12 @@ def against_files(snakemake: Any) -> AgainstFiles:
         targets=Path(given.targets),
         audit=None if audit is None else Path(audit),
     )
+
+
+def task_files(solutions: Any, summaries: Any, tracked: Any, participants: Any) -> TaskFiles:
+    """Predicted daily tasks and what they are compared with, from inputs of a rule."""
+    named = (solutions, summaries, tracked, participants)
+    return TaskFiles(*([Path(path) for path in paths] for paths in named))
 
 
 def fitted_region(snakemake: Any) -> Region:

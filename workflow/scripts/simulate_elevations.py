@@ -16,6 +16,7 @@ simulate_elevations(
         plant=Path(snakemake.input.plant),
         channels=Path(snakemake.input.channels),
         model=model_files(snakemake),
+        tendon_strain=snakemake.params.tendon_strain,
     ),
     tracked=[Path(path) for path in snakemake.input.tracked],
     settings=solve_settings(snakemake),

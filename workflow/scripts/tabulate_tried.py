@@ -4,10 +4,17 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from _against import against_files, fitted_region
+from _against import against_files, fitted_region, task_files
 
 from scapulohumeral.report.prediction.against import distances_to_recordings
+from scapulohumeral.report.prediction.daily_tasks import task_distances
 from scapulohumeral.report.prediction.tried import tried_table
 
-distances = distances_to_recordings(against_files(snakemake), fitted_region(snakemake))
-tried_table(distances).to_csv(snakemake.output.table, index=False, float_format="%.4g")
+given, region = snakemake.input, fitted_region(snakemake)
+tasks = task_files(
+    given.task_solutions, given.task_summaries, given.tracked_tasks, given.participants
+)
+table = tried_table(
+    distances_to_recordings(against_files(snakemake), region), task_distances(tasks, region)
+)
+table.to_csv(snakemake.output.table, index=False, float_format="%.4g")

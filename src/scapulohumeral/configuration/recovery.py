@@ -21,6 +21,9 @@ class RecoveryPlant(Section):
         Real, key("Power of the activations that the arm minimises [1].", ge=2, le=5)
     ]
     serratus_path: Annotated[SerratusPath, key("Surface under serratus anterior [no unit].")]
+    tendon_strain: Annotated[
+        Real, key("Strain of tendons at maximum isometric force [1].", ge=0, le=0.1)
+    ]
     cross_talk: Annotated[Share, key("Share of a neighbour that an electrode sees [1].")]
     mvc_effort: Annotated[Real, key("Excitation reached in maximal contractions [1].", gt=0, le=1)]
 

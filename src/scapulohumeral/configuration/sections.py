@@ -278,6 +278,11 @@ class Prediction(Section):
     predict_also: Annotated[
         dict[FolderName, Conditions], key("Further conditions by participant [no unit].")
     ]
+    tasks: Annotated[
+        list[TrialName],
+        key("Daily tasks whose arm the healthy shoulder follows [no unit]."),
+        Once,
+    ]
     generic_muscles: Annotated[
         list[FolderName],
         key("Participants predicted with generic muscles, whatever conditions say [no unit]."),

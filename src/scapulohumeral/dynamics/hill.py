@@ -195,3 +195,16 @@ def activation_rate(
     """da/dt = (e/T_act + (1-e)/T_deact)(e - a), shape (N, M), in 1/s."""
     rise, fall = 1.0 / muscles.activation_time, 1.0 / muscles.deactivation_time
     return (fall + (rise - fall) * excitation) * (excitation - activation)
+
+
+def excitation_change(
+    rate: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
+) -> np.ndarray:
+    """How far an excitation lies above an activation (N, M) that changes at a rate [1/s].
+
+    The inverse of :func:`activation_rate`, by the root that is zero with the rate.
+    """
+    rise, fall = 1.0 / muscles.activation_time, 1.0 / muscles.deactivation_time
+    constant = fall + (rise - fall) * activation
+    root = np.sqrt(np.maximum(constant**2 + 4.0 * (rise - fall) * rate, 0.0))
+    return 2.0 * rate / (constant + root)

@@ -39,7 +39,7 @@ from scapulohumeral.model.record import (
     SegmentRecord,
     WrapRecord,
 )
-from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.rotations import Array, trial_to_pose
 from scapulohumeral.model.tables import (
     GROUND,
     Coordinate,
@@ -296,12 +296,13 @@ def flatten_thorax_surfaces(
 ) -> None:
     """Flatten thorax ellipsoids until the attachments of their muscles stay outside when recorded.
 
-    Applies to the surfaces that muscles wrap over. The width (x) shrinks by a fixed share, the
-    depth (z) as far as needed, both about the centre: the sides, over which the muscles bend,
-    almost stay where they are, and with them the moment arms. Clearance, share and reasons are in
-    constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their size. Where a
-    recording puts a bone so deep into the thorax that no depth is enough, all radii shrink. So they
-    do where an arm that hangs straight down from the recorded girdle would be inside.
+    Applies to the surfaces that muscles wrap over; daily tasks do not count. The width (x) shrinks
+    by a fixed share, the depth (z) as far as needed, both about the centre: the sides, over which
+    the muscles bend, almost stay where they are, and with them the moment arms. Clearance, share
+    and reasons are in constants.yaml, `wrap_clearance`. Surfaces that are clear already keep their
+    size. Where a recording puts a bone so deep into the thorax that no depth is enough, all radii
+    shrink. So they do where an arm that hangs straight down from the recorded girdle would be
+    inside.
 
     If `fibres_follow`, slack and optimal lengths of muscles change with their path in the default
     pose, in which OpenSim scales them, too: normalised fibre lengths there stay what they were.
@@ -312,8 +313,9 @@ def flatten_thorax_surfaces(
     """
     rule = tables.constants.wrap_clearance
     record = model_record(model, participant, tables, ModelChoices())
-    poses = recorded_poses(participant)
-    hanging = arm_hanging(poses[resting(recorded_angles(participant))])
+    angles = np.concatenate([motion.angles_rad for motion in participant.elevations])
+    poses = trial_to_pose(angles)
+    hanging = arm_hanging(poses[resting(angles)])
     names = list(tables.muscles)
     scaled = _default_lengths(model, names)
     for name in attachment_levels(record, poses):
@@ -389,9 +391,7 @@ def adjust_fibres(
     """
     rule = tables.constants.fibre_adjustment
     names = list(tables.muscles)
-    angles = np.concatenate(
-        [trial.motion.angles_rad for trial in participant.trials.values() if not trial.daily_task]
-    )
+    angles = np.concatenate([motion.angles_rad for motion in participant.elevations])
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)

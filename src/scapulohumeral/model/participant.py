@@ -87,6 +87,11 @@ class Participant:
         """What was recorded: a file counts once, whatever the hand is taken to have held in it."""
         return list({trial.file: trial.motion for trial in self.trials.values()}.values())
 
+    @property
+    def elevations(self) -> list[Motion]:
+        """What may shape muscles and surfaces of the model: all recordings but daily tasks."""
+        return [trial.motion for trial in self.trials.values() if not trial.daily_task]
+
     def trial(self, name: str) -> Trial:
         """The trial of that name.
 

@@ -61,9 +61,9 @@ class ShoulderModel:
         """Run-time parameters of the equations of motion, shape (P,)."""
         return dynamics_parameters(self.record, self.thorax, hand_load_kg)
 
-    def free_parameters(self) -> np.ndarray:
+    def free_parameters(self, hand_load_kg: float = 0.0) -> np.ndarray:
         """The same, (P,), for a girdle that moves freely."""
-        return with_capsule(self.parameters(), self.record)
+        return with_capsule(self.parameters(hand_load_kg), self.record)
 
 
 def load_model(files: ModelFiles) -> ShoulderModel:

@@ -1,8 +1,8 @@
 """How far a predicted shoulder girdle is from the recorded one and from healthy people.
 
-Compared is the rise of each elevation, at equal elevation of the arm: a prediction on the published
-arm rises at another time, and higher, than the recording. Nodes above the recorded peak are left
-out; below its lowest elevation the recording counts as it began.
+Of elevations the rise is compared, at equal elevation of the arm: a prediction on the published arm
+rises at another time, and higher, than the recording. Nodes above the recorded peak are left out;
+below its lowest elevation the recording counts as it began. Daily tasks are compared at equal time.
 
 Letters: N nodes, T frames.
 """
@@ -48,6 +48,44 @@ class RecordingDistance:
     in_band_share: float
     recorded_in_band_share: float
     compared_to_deg: float
+
+
+@dataclass(frozen=True)
+class TaskDistance:
+    """Distances of one daily task over all its nodes; predicted minus recorded if with a sign.
+
+    Attributes
+    ----------
+    ur_rmse_deg, ur_bias_deg : upward rotation, and its mean difference
+    tilt_rmse_deg, internal_rotation_rmse_deg, clavicle_elevation_rmse_deg : see names
+    arm_rmse_deg : elevation of the arm, which is followed and not predicted
+    ur_recorded_sd_deg : standard deviation of the recorded upward rotation over the task: the error
+        of a scapula that keeps the right mean
+    """
+
+    ur_rmse_deg: float
+    ur_bias_deg: float
+    tilt_rmse_deg: float
+    internal_rotation_rmse_deg: float
+    clavicle_elevation_rmse_deg: float
+    arm_rmse_deg: float
+    ur_recorded_sd_deg: float
+
+
+def task_distance(pose: np.ndarray, recorded: np.ndarray) -> TaskDistance:
+    """Distance of a predicted daily task from the recorded one, both poses (N, 13) on one mesh."""
+    known = thorax_angles(recorded)
+    error = thorax_angles(pose) - known
+    rmse = np.sqrt(np.mean(error**2, axis=0))
+    return TaskDistance(
+        ur_rmse_deg=float(rmse[UPWARD_ROTATION]),
+        ur_bias_deg=float(error[:, UPWARD_ROTATION].mean()),
+        tilt_rmse_deg=float(rmse[POSTERIOR_TILT]),
+        internal_rotation_rmse_deg=float(rmse[INTERNAL_ROTATION]),
+        clavicle_elevation_rmse_deg=float(rmse[CLAVICLE_ELEVATION]),
+        arm_rmse_deg=float(rmse[ELEVATION_COLUMN]),
+        ur_recorded_sd_deg=float(known[:, UPWARD_ROTATION].std()),
+    )
 
 
 def recording_distance(

@@ -89,6 +89,7 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         "fixed_in": judged.fixed_in,
         "participants": prediction_targets.participants_table(judged),
         "distances": prediction_targets.distance_table(judged),
+        "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
         "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),
         "graded": prediction_targets.published_table(
             judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")

@@ -47,6 +47,7 @@ class CoordinationFiles:
     prediction_summary, rhythm : tables of all predictions
     spreads : tables of what uncertain scalers do to predictions
     against_recording, against_published : tables of their distances; targets : their limits
+    against_tasks : table of distances of predicted daily tasks
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
@@ -69,6 +70,7 @@ class CoordinationFiles:
     spreads: Sequence[Path] = ()
     against_recording: Sequence[Path] = ()
     against_published: Sequence[Path] = ()
+    against_tasks: Sequence[Path] = ()
     targets: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
@@ -325,7 +327,11 @@ def _read_judged(files: CoordinationFiles, participants: tuple[str, ...]) -> Jud
     if not files.against_recording:
         return None
     return read_judged(
-        files.targets[0], files.against_recording[0], files.against_published[0], participants
+        files.targets[0],
+        files.against_recording[0],
+        files.against_published[0],
+        participants,
+        files.against_tasks,
     )
 
 

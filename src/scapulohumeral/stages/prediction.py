@@ -9,7 +9,7 @@ Letters: N nodes, M muscles.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import with_capsule
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import (
     PUBLISHED_PLANES,
     published_pose,
@@ -111,7 +112,7 @@ class PredictionFiles:
     ----------
     model, channels : participant's model and table of virtual muscle groups
     calibration : scalers, or None for generic muscles
-    tracked : tracking solutions in the order of the composite motion
+    tracked : tracking solutions in the order of the composite motion, or that of a daily task
     neighbour : solution that the prediction starts from, or None
     arm : published composite motion whose arm is followed, or None for the tracked one
     """
@@ -153,6 +154,7 @@ class _Scene:
     muscles: MuscleParameters
     condition: Condition
     settings: PredictionSettings
+    hand_load_kg: float = 0.0
 
     def posed(self, capacity: float, guidance: float = 0.0) -> PosedProblem:
         """Problem at a capacity of the limited muscles and a guidance of the free segments."""
@@ -169,7 +171,8 @@ class _Scene:
         limited = limit_capacity(
             self.muscles, self.model.record, condition.muscles, capacity, choices.lost_force
         )
-        posed = pose(self.model, limited, target, replace(self.settings.solve, weights=weights))
+        settings = replace(self.settings.solve, weights=weights)
+        posed = pose(self.model, limited, target, settings, self.hand_load_kg)
         free = with_capsule(posed.parameters, self.model.record)
         parameters = chosen_parameters(free, choices)
         stiffness = condition.girdle_stiffness_Nm_per_rad
@@ -254,7 +257,27 @@ def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSet
     model = load_model(files.model)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
     composite = _composite(model, muscles, files, settings)
-    return _Scene(model, composite, muscles, condition, settings)
+    load = held_load(files.model, composite.nodes)
+    return _Scene(model, composite, muscles, condition, settings, load)
+
+
+def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
+    """What a participant's hand holds in trials that are followed in one motion [kg].
+
+    Raises
+    ------
+    ConfigError                      the trials differ in it
+    """
+    folder = files.participant.parent
+    person = read_participant(folder.parent, folder.name)
+    loads = {trial: person.trial(trial).hand_load_kg for trial in trials}
+    if len(set(loads.values())) != 1:
+        held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
+        raise ConfigError(
+            f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
+            "predicted in one motion. Choose others in 'planes' of the configuration"
+        )
+    return loads.popitem()[1]
 
 
 def _composite(
@@ -346,6 +369,7 @@ def _write(
         choices=asdict(scene.settings.choices),
         reached_from=way,
         planes=scene.composite.nodes,
+        hand_load_kg=scene.hand_load_kg,
         body_mass_kg=scene.model.record.body_mass_kg,
         hashes=hashes(files.model, others, "scapulohumeral.stages.prediction"),
     )

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.documents import read_mapping
+from scapulohumeral.dynamics.compliant_tendon import Pull, compliant_excitation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
@@ -67,11 +68,15 @@ class Plant:
 
 @dataclass(frozen=True)
 class PlantFiles:
-    """A plant, the channels its EMG is read on, and the participant's model."""
+    """A plant, the channels its EMG is read on, and the participant's model.
+
+    Its tendons are rigid, or stretch by ``tendon_strain`` [1] at the maximum isometric force.
+    """
 
     plant: Path
     channels: Path
     model: ModelFiles
+    tendon_strain: float = 0.0
 
     @property
     def participant(self) -> str:
@@ -143,6 +148,8 @@ def simulate_elevations(
 ) -> None:
     """Let the plant do the composite motion; write its raw EMG of each elevation.
 
+    Tendons that stretch change excitations only: forces are shared as they are with rigid ones.
+
     Parameters
     ----------
     tracked : tracking solutions of the elevations, in the order of the composite motion
@@ -152,7 +159,7 @@ def simulate_elevations(
     posed = _pose(files, composite_target(composite), settings, 0.0)
     done = _solve(posed, composite.trajectory, settings, outputs, files, trial="composite")
     channels = read_channels(files.channels)
-    excitation = done.excitation @ channels.matrix(done.muscles.tolist()).T
+    excitation = _excitation(posed, done, files) @ channels.matrix(done.muscles.tolist()).T
     for motion in motions:
         trial = motion.header["trial"]
         nodes = slice(*composite.nodes[trial])
@@ -198,6 +205,15 @@ def _pose(
     plant = read_plant(files.plant, channels.groups)
     muscles = plant_muscles(model.record, channels, plant)
     return pose(model, muscles, target, settings, hand_load_kg)
+
+
+def _excitation(posed: PosedProblem, done: Solution, files: PlantFiles) -> np.ndarray:
+    """Excitations (N, M) of the plant, for tendons that stretch if its own do."""
+    if files.tendon_strain == 0.0:
+        return done.excitation
+    length, velocity = posed.model.forces.lengths(done.q, done.u)
+    pull = Pull(length, velocity, done.activation, done.excitation, posed.objective.step)
+    return compliant_excitation(pull, posed.muscles, files.tendon_strain)
 
 
 def _solve(

@@ -125,6 +125,14 @@ def test_activation_follows_excitation_with_its_time_constants(muscles):
     np.testing.assert_array_equal(still, 0.0)
 
 
+def test_excitation_of_a_changing_activation_changes_it_so(muscles):
+    activation = np.array([[0.2, 0.6], [0.9, 0.01]])
+    rate = np.array([[5.0, -4.0], [0.0, 0.3]])
+    excitation = activation + hill.excitation_change(rate, activation, muscles)
+    np.testing.assert_allclose(hill.activation_rate(excitation, activation, muscles), rate)
+    assert excitation[1, 0] == activation[1, 0]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -17,25 +17,25 @@ CONFIG = yaml.safe_load((CONFIG_FOLDER / "config.yaml").read_text(encoding="utf-
 @pytest.fixture(name="people")
 def people_fixture(tmp_path: Path) -> Path:
     """Two participants with the three elevations, one of them with daily tasks too."""
-    for name in ("par1", "par2"):
+    for name in ("par2", "par3"):
         shutil.copytree(CONFIG_FOLDER / "participants" / name, tmp_path / name)
     return tmp_path
 
 
 def test_trials_that_all_have_are_tracked(people: Path) -> None:
     asked = own_study(people, [], ["healthy_generic"], "own", CONFIG)
-    assert asked["participants"] == ["par1", "par2"]
+    assert asked["participants"] == ["par2", "par3"]
     assert asked["planes"] == ["frontal", "scapular", "sagittal"]
     assert asked["participants_folder"] == str(people)
     assert asked["prediction"]["predict"] == ["healthy_generic"]
     assert not any(asked["prediction"]["predict_also"].values())
-    assert asked["validation"]["tasks"] == asked["diagnose"] == []
+    assert asked["validation"]["tasks"] == asked["prediction"]["tasks"] == asked["diagnose"] == []
 
 
 @pytest.mark.parametrize(
     ("trials", "predict", "said"),
     [
-        (["lifting"], [], "--trials lifting: expected trials that all of par1, par2 have"),
+        (["lifting"], [], "--trials lifting: expected trials that all of par2, par3 have"),
         ([], ["healthy"], "--predict healthy: expected healthy_generic"),
     ],
 )

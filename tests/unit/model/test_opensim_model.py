@@ -4,6 +4,7 @@ Run as ``pytest -m opensim``: opensim cannot share a process with casadi.
 """
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import opensim
@@ -28,9 +29,9 @@ from scapulohumeral.model.muscle_paths.thorax_clearance import (
     is_clear,
     segment_frames,
 )
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import Participant, read_participant
 from scapulohumeral.model.participant_file import list_participants
-from scapulohumeral.model.record import read_record, write_record
+from scapulohumeral.model.record import ModelRecord, read_record, write_record
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     pose_to_trial,
@@ -46,6 +47,18 @@ DATA = REPOSITORY / "tests" / "data"
 PARTICIPANTS = REPOSITORY / "config" / "participants"
 TABLES = read_tables(REPOSITORY / "config" / "model")
 PUBLISHED = pd.read_csv(DATA / "published_segments.csv")
+
+
+def without_daily_tasks(person: Participant) -> Participant:
+    """A participant who was recorded in elevations only."""
+    return replace(person, trials={n: t for n, t in person.trials.items() if not t.daily_task})
+
+
+def flattened(person: Participant) -> ModelRecord:
+    """The model with the surface under serratus anterior that the study takes."""
+    choices = ModelChoices(serratus_path="flattened_rescaled")
+    model = om.participant_model(TABLES, person, choices)
+    return om.model_record(model, person, TABLES, choices)
 
 
 @pytest.fixture(scope="module")
@@ -202,13 +215,20 @@ def test_recorded_attachments_are_outside_the_thorax(record, participant):
 @pytest.mark.parametrize("name", ["par1", "par2", "par3"])
 def test_attachments_are_outside_the_thorax_where_the_arm_hangs(name):
     """Also where it was never recorded hanging (par3): in pauses of a prediction it does."""
-    person = read_participant(PARTICIPANTS, name)
-    choices = ModelChoices(serratus_path="flattened_rescaled")
-    model = om.participant_model(TABLES, person, choices)
-    record = om.model_record(model, person, TABLES, choices)
+    person = without_daily_tasks(read_participant(PARTICIPANTS, name))
+    record = flattened(person)
     lowest = recorded_poses(person)[resting(recorded_angles(person))]
     for surface, level in attachment_levels(record, arm_hanging(lowest)).items():
         assert level.min() >= TABLES.constants.wrap_clearance.min_level - 1e-9, surface
+
+
+def test_daily_tasks_shape_neither_surfaces_nor_muscles():
+    """Three of par1 put the medial border of the scapula into the thorax."""
+    person = read_participant(PARTICIPANTS, "par1")
+    whole, elevations = flattened(person), flattened(without_daily_tasks(person))
+    assert whole.wrap_objects == elevations.wrap_objects
+    assert whole.muscles == elevations.muscles
+    assert attachment_levels(whole, recorded_poses(person))["serr_ant"].min() < 0.0
 
 
 def test_lengths_do_not_jump_along_a_recorded_motion(model, participant):

@@ -48,8 +48,16 @@ def test_angles_are_in_radians_and_in_order():
     )
 
 
-def test_lifting_has_the_load_of_its_recording():
-    assert read_participant(PARTICIPANTS, "par2").trial("lifting").hand_load_kg == 2.0
+@pytest.mark.parametrize("name", ["par1", "par2"])
+def test_lifting_has_the_load_of_its_recording(name):
+    assert read_participant(PARTICIPANTS, name).trial("lifting").hand_load_kg == 2.0
+
+
+def test_daily_tasks_are_recorded_but_are_no_elevations():
+    participant = read_participant(PARTICIPANTS, "par1")
+    elevations = [participant.trial(name).motion for name in ("frontal", "scapular", "sagittal")]
+    assert participant.elevations == elevations
+    assert len(participant.recordings) == len(elevations) + 4, "lifting counts once"
 
 
 def test_unknown_participant_lists_the_known_ones():
@@ -58,8 +66,8 @@ def test_unknown_participant_lists_the_known_ones():
 
 
 def test_unknown_trial_lists_the_known_ones():
-    participant = read_participant(PARTICIPANTS, "par1")
-    with pytest.raises(ConfigError, match="'drinking' of par1.*frontal, scapular, sagittal"):
+    participant = read_participant(PARTICIPANTS, "par3")
+    with pytest.raises(ConfigError, match="'drinking' of par3.*frontal, scapular, sagittal"):
         participant.trial("drinking")
 
 

@@ -23,21 +23,21 @@ Edit = Callable[[dict], object]
 def study(change: Edit = lambda config: None, folder: Path = PARTICIPANTS) -> Study:
     """The committed study with a change of its configuration."""
     config = copy.deepcopy(read_config())
-    config.update(participants=["par2", "par1"], planes=["sagittal", "frontal"])
+    config.update(participants=["par2", "par3"], planes=["sagittal", "frontal"])
     config["validation"].update(tasks=["driving", "drinking"])
-    config["prediction"].update(predict=["healthy"], predict_also={"par1": ["cuff_w2"]})
+    config["prediction"].update(predict=["healthy"], predict_also={"par3": ["cuff_w2"]})
     change(config)
     return planned(config, folder)
 
 
 @pytest.fixture
 def people(tmp_path: Path) -> Callable[[Edit], Path]:
-    """Function that copies the participants, with a change of the file of par1."""
+    """Function that copies the participants, with a change of the file of par3."""
 
     def copied(change: Edit) -> Path:
         folder = tmp_path / "participants"
         shutil.copytree(PARTICIPANTS, folder)
-        path = folder / "par1" / "participant.yaml"
+        path = folder / "par3" / "participant.yaml"
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
         change(document)
         path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
@@ -51,7 +51,7 @@ def test_trials_and_tasks_are_those_of_the_participant() -> None:
     assert list(one.trials("par2"))[:3] == ["frontal", "scapular", "sagittal"]
     assert one.recording("par2", "driving") == PARTICIPANTS / "par2" / "driving.csv"
     assert one.tasks("par2") == ["driving", "drinking"], "in the order of the configuration"
-    assert one.tasks("par1") == []
+    assert one.tasks("par3") == []
     assert one.validated() == [("par2", "driving"), ("par2", "drinking")]
 
 
@@ -62,8 +62,20 @@ def test_elevations_come_in_one_order_and_all() -> None:
 
 def test_predictions_are_those_of_all_and_those_of_one() -> None:
     one = study()
-    assert one.predicted() == [("par2", "healthy"), ("par1", "healthy"), ("par1", "cuff_w2")]
+    assert one.predicted() == [("par2", "healthy"), ("par3", "healthy"), ("par3", "cuff_w2")]
     assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
+
+
+def test_healthy_shoulder_follows_the_tasks_that_a_participant_has() -> None:
+    def asked(*names: str) -> Edit:
+        return lambda config: config["prediction"].update(tasks=list(names))
+
+    assert study(asked("lifting", "driving")).predicted_tasks() == [
+        ("par2", "lifting"),
+        ("par2", "driving"),
+    ]
+    with pytest.raises(ConfigError, match=r"'prediction\.tasks' names 'drivin'"):
+        study(asked("drivin"))
 
 
 def test_only_calibrated_predictions_get_a_spread_of_their_scalers() -> None:
@@ -78,9 +90,9 @@ def test_only_calibrated_predictions_get_a_spread_of_their_scalers() -> None:
 def test_muscles_calibrated_to_a_random_plant_are_not_predicted_with() -> None:
     one = study()
     assert one.condition("cuff_w2", "par2")["parameters"] == "calibrated"
-    assert one.condition("cuff_w2", "par1")["parameters"] == "generic"
+    assert one.condition("cuff_w2", "par3")["parameters"] == "generic"
     plain = study(lambda config: config["prediction"].update(generic_muscles=[]))
-    assert plain.condition("cuff_w2", "par1")["parameters"] == "calibrated"
+    assert plain.condition("cuff_w2", "par3")["parameters"] == "calibrated"
 
 
 def test_muscles_are_calibrated_if_anything_needs_them() -> None:
@@ -90,14 +102,14 @@ def test_muscles_are_calibrated_if_anything_needs_them() -> None:
 
     assert study(nothing).calibrated() == []
     assert study(nothing).with_emg() == []
-    assert study().calibrated() == ["par2", "par1"]
+    assert study().calibrated() == ["par2", "par3"]
     assert study().with_emg() == [
         ("par2", "sagittal"),
         ("par2", "frontal"),
         ("par2", "driving"),
         ("par2", "drinking"),
-        ("par1", "sagittal"),
-        ("par1", "frontal"),
+        ("par3", "sagittal"),
+        ("par3", "frontal"),
     ]
 
 
@@ -105,12 +117,12 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
     emg = {"mvc": "emg/mvc.csv", "trials": {"frontal": "emg/frontal.c3d"}, "delay_s": 0.0}
     folder = people(lambda document: document.update(emg=emg))
     one = study(folder=folder)
-    measured = one.raw_emg("par1", "frontal", SIMULATED)
-    assert measured["raw"] == folder / "par1" / "emg/frontal.c3d"
-    assert measured["mvc"] == folder / "par1" / "emg/mvc.csv"
-    assert one.raw_emg("par1", "sagittal", SIMULATED)["raw"] == Path("made/par1/sagittal_raw.csv")
-    assert one.simulates_emg("par1"), "of the sagittal plane"
-    assert not study(lambda c: c.update(planes=["frontal"]), folder).simulates_emg("par1")
+    measured = one.raw_emg("par3", "frontal", SIMULATED)
+    assert measured["raw"] == folder / "par3" / "emg/frontal.c3d"
+    assert measured["mvc"] == folder / "par3" / "emg/mvc.csv"
+    assert one.raw_emg("par3", "sagittal", SIMULATED)["raw"] == Path("made/par3/sagittal_raw.csv")
+    assert one.simulates_emg("par3"), "of the sagittal plane"
+    assert not study(lambda c: c.update(planes=["frontal"]), folder).simulates_emg("par3")
 
 
 @pytest.mark.parametrize(
@@ -125,8 +137,8 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
         (lambda c: c["validation"].update(tasks=["drinkin"]), "'drinkin', which no participant"),
         (lambda c: c["prediction"].update(predict=["helthy"]), "Choose from: healthy_generic,"),
         (
-            lambda c: c["prediction"].update(predict_also={"par1": ["cuff"]}),
-            "'prediction.predict_also.par1' names 'cuff'",
+            lambda c: c["prediction"].update(predict_also={"par3": ["cuff"]}),
+            "'prediction.predict_also.par3' names 'cuff'",
         ),
         (
             lambda c: c["prediction"]["conditions"]["healthy"].update(start="somewhere"),
@@ -149,10 +161,10 @@ def test_names_of_nothing_are_refused(change: Edit, said: str) -> None:
     ("change", "said"),
     [
         (lambda d: d.pop("trials"), "'trials' is a required property"),
-        (lambda d: d.update(trials=[]), "par1/participant.yaml, trials"),
+        (lambda d: d.update(trials=[]), "par3/participant.yaml, trials"),
         (lambda d: d["trials"].update(frontal={}), "trials.frontal"),
         (lambda d: d["trials"].pop("sagittal"), "no recording of"),
-        (lambda d: d.update(id="par3"), "id: 'par3'; expected 'par1'"),
+        (lambda d: d.update(id="par1"), "id: 'par1'; expected 'par3'"),
         (
             lambda d: d.update(emg={"mvc": "a", "trials": {"frontl": "b"}, "delay_s": 0}),
             "emg.trials: frontl",
@@ -170,7 +182,7 @@ def test_malformed_participant_is_refused_with_file_and_key(
 
 def test_trial_that_is_not_there() -> None:
     with pytest.raises(ConfigError, match="has no trial 'driving'"):
-        study().recording("par1", "driving")
+        study().recording("par3", "driving")
 
 
 def test_participants_of_no_study_do_not_matter(people: Callable[[Edit], Path]) -> None:

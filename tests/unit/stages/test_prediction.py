@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from muscle_record import ELEMENTS, muscle_record
+from places import REPOSITORY
 from small_arm import NAMES, small_muscles
 from small_posed import WEIGHTS, small_model, small_settings
 from synthetic_study import solution
@@ -23,6 +24,7 @@ from scapulohumeral.stages.prediction import (
     PredictionSettings,
     _Scene,
     _ways,
+    held_load,
     limit_capacity,
 )
 
@@ -90,6 +92,15 @@ def way(quaternion_equations, tmp_path):
         return list(_ways(scene, files))
 
     return way
+
+
+def test_hand_holds_what_it_held_in_all_trials_of_one_motion():
+    folder = REPOSITORY / "config" / "participants" / "par1"
+    files = ModelFiles(folder / "participant.yaml", *[Path("unread")] * 4)
+    assert held_load(files, ("frontal", "sagittal")) == 0.0
+    assert held_load(files, ["lifting"]) == 2.0
+    with pytest.raises(ConfigError, match=r"drinking 0, lifting 2; expected one load"):
+        held_load(files, ("drinking", "lifting"))
 
 
 def capacities(problems) -> list[float]:

@@ -132,6 +132,7 @@ def own_study(
         "prediction": {
             "predict": list(predict),
             "predict_also": {name: [] for name in config["prediction"]["predict_also"]},
+            "tasks": [],
             "generic_muscles": [],
         },
         "variants": {

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ class Judged:
     ----------
     targets : config/targets.yaml; fixed_in : the commit that last changed it
     recording, published : tables of results/prediction/against_*.csv
+    tasks : the same of daily tasks, empty if none was predicted
     requested : participants whose predictions the study asks for
     """
 
@@ -29,10 +30,15 @@ class Judged:
     recording: pd.DataFrame
     published: pd.DataFrame
     requested: tuple[str, ...]
+    tasks: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def read_judged(
-    targets: Path, recording: Path, published: Path, requested: tuple[str, ...]
+    targets: Path,
+    recording: Path,
+    published: Path,
+    requested: tuple[str, ...],
+    tasks: Sequence[Path] = (),
 ) -> Judged:
     """Limits and distances from their files."""
     return Judged(
@@ -41,4 +47,5 @@ def read_judged(
         recording=pd.read_csv(recording),
         published=pd.read_csv(published),
         requested=requested,
+        tasks=pd.concat([pd.DataFrame(), *map(pd.read_csv, tasks)]),
     )

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.report.prediction import daily_tasks
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
@@ -27,6 +28,7 @@ def prediction_verdicts(judged: Judged) -> list[Verdict]:
     """All limits of config/targets.yaml that these tables answer."""
     return [
         *recording_verdicts(judged.targets["against_recording"], judged.recording),
+        *task_verdicts(judged.targets["against_tasks"], judged.tasks),
         *published_verdicts(judged.targets["against_published"], judged.published),
         *force_verdicts(judged.targets["joint_force"], judged.recording),
         *cuff_effects(judged.targets["cuff_effect"], judged.published),
@@ -55,6 +57,22 @@ def recording_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterat
         name = f"{participant}, healthy prediction: median moment of the joint stops"
         limit = limits["stop_moment_median_Nm"]
         yield _at_most(name, own, "stop_moment_median_Nm", limit, " N m")
+
+
+def task_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
+    """Healthy predictions on the arm of daily tasks, which have chosen nothing in the model."""
+    rows = _of(table, variant=limits["variant"], condition=limits["condition"])
+    rows = rows.rename(columns={"task": "plane"})
+    for participant, limit in limits["rmse_deg"].items():
+        own = _of(rows, participant=participant)
+        for column, words in daily_tasks.ANGLES.items():
+            name = f"{participant}, daily tasks: {words} against the recording, RMSE, worst task"
+            yield _at_most(name, own, column, limit, " deg")
+        name = f"{participant}, daily tasks: share outside the fitted muscle paths"
+        yield _outside(name, own, limits)
+        name = f"{participant}, daily tasks: median moment of the joint stops"
+        yield _at_most(name, own, "stop_moment_median_Nm", limits["stop_moment_median_Nm"], " N m")
+    yield _certificates("daily tasks: predictions with a certificate", rows)
 
 
 def published_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
@@ -166,6 +184,15 @@ def _at_most(name: str, rows: pd.DataFrame, column: str, limit: float, unit: str
     return Verdict(name, f"{sizes.max():.3g}{unit}{note}", target, not worse, worse)
 
 
+def _certificates(name: str, rows: pd.DataFrame) -> Verdict:
+    """Whether every prediction is a strict local minimum."""
+    if rows.empty:
+        return Verdict(name, NOTHING, "all", holds=False)
+    held = rows.certified.eq(True)
+    worse = tuple(_place(row) for row in rows[~held].itertuples())
+    return Verdict(name, f"{int(held.sum())} of {len(rows)}", "all", not worse, worse)
+
+
 def _place(row: Any) -> str:
     return f"{row.participant} {row.plane}"
 
@@ -254,6 +281,36 @@ def distance_table(judged: Judged) -> Table:
     ]
     flagged = frozenset(k for k, row in enumerate(rows) if row[4] != "optimal")
     return Table((*names, *columns.values()), rows, flagged)
+
+
+def task_table(judged: Judged) -> Table:
+    """Every prediction on the arm of a daily task; marked: not converged, or no certificate."""
+    columns = {
+        "ur_bias_deg": "upward rotation, mean difference",
+        "ur_recorded_sd_deg": "recorded upward rotation, standard deviation",
+        "arm_rmse_deg": "elevation of the arm, RMSE",
+        "outside_fit_share": "share outside the fit [1]",
+        "stop_moment_median_Nm": "stops, median [N m]",
+    }
+    rows = [
+        (
+            *(str(row[name]) for name in ("participant", "task", "hand_load_kg", "status")),
+            *(
+                f"{_number(row[angle])} ({_number(row[daily_tasks.TRACKED + angle])})"
+                for angle in daily_tasks.ANGLES
+            ),
+            *(_number(row[column]) for column in columns),
+        )
+        for row in judged.tasks.to_dict("records")
+    ]
+    flagged = frozenset(k for k, row in enumerate(judged.tasks.itertuples()) if not _proven(row))
+    angles = (f"{words}, RMSE (tracked)" for words in daily_tasks.ANGLES.values())
+    names = ("participant", "task", "load [kg]", "status", *angles, *columns.values())
+    return Table(names, rows, flagged)
+
+
+def _proven(row: Any) -> bool:
+    return row.status == "optimal" and bool(row.certified)
 
 
 def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:

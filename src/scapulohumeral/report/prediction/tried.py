@@ -1,7 +1,8 @@
 """Variants of the study's model that were tried against the recordings of several participants.
 
 What a recording is judged by may not be chosen by that recording. So every row says whether the
-recordings of the other participants would have chosen its variant for this one.
+elevations of the other participants would have chosen its variant for this one. Daily tasks choose
+nothing.
 """
 
 from __future__ import annotations
@@ -9,16 +10,16 @@ from __future__ import annotations
 import pandas as pd
 
 UPWARD_ROTATION_ERROR = "ur_rmse_deg"
-CHOSEN = "chosen_by_others"
+CHOSEN, TRIAL = "chosen_by_others", "trial"
 SHOWN = (
-    *("variant", "participant", "plane", "condition", "status", UPWARD_ROTATION_ERROR),
+    *("variant", "participant", TRIAL, "condition", "status", UPWARD_ROTATION_ERROR),
     *("ur_bias_rest_deg", "tilt_rmse_deg", "internal_rotation_rmse_deg"),
     *("clavicle_elevation_rmse_deg", "in_band_share", "recorded_in_band_share"),
     *("gh_force_rest_bw", "gh_force_peak_bw"),
 )
 
 
-def tried_table(distances: pd.DataFrame) -> pd.DataFrame:
+def tried_table(distances: pd.DataFrame, tasks: pd.DataFrame) -> pd.DataFrame:
     """Distances of variants to recordings, and which variant the other participants choose.
 
     The others choose the variant with the least mean error of upward rotation over their planes;
@@ -28,11 +29,15 @@ def tried_table(distances: pd.DataFrame) -> pd.DataFrame:
     ----------
     distances : as from :func:`~scapulohumeral.report.prediction.against.against_recording`, one
         condition, a row per participant, plane and variant
+    tasks : the same of daily tasks, as from
+        :func:`~scapulohumeral.report.prediction.daily_tasks.task_distances`
     """
     chosen = {name: _chosen_without(distances, name) for name in distances.participant.unique()}
-    mark = [chosen[row.participant] == row.variant for row in distances.itertuples()]
-    table = distances.reindex(columns=list(SHOWN)).assign(**{CHOSEN: mark})
-    return table.sort_values(["participant", "plane"], kind="stable").reset_index(drop=True)
+    both = (distances.rename(columns={"plane": TRIAL}), tasks.rename(columns={"task": TRIAL}))
+    table = pd.concat([each.reindex(columns=list(SHOWN)) for each in both], ignore_index=True)
+    table[CHOSEN] = [chosen.get(row.participant) == row.variant for row in table.itertuples()]
+    order = ["participant", TRIAL]
+    return table.sort_values(order, kind="stable").reset_index(drop=True)
 
 
 def _chosen_without(distances: pd.DataFrame, participant: str) -> str | None:

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from scapulohumeral.report.prediction.against import with_audit
+from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
     cuff_effects,
@@ -14,6 +15,8 @@ from scapulohumeral.report.prediction.targets import (
     participants_table,
     published_verdicts,
     recording_verdicts,
+    task_table,
+    task_verdicts,
 )
 
 pytestmark = pytest.mark.unit
@@ -185,3 +188,67 @@ def test_poses_outside_the_fit_pass_where_opensim_agrees():
     assert not failed(recording_verdicts(limits, with_audit(table, audit)))
     wrong = with_audit(table, audit.assign(length_max_mm=3.1))
     assert len(failed(recording_verdicts(limits, wrong))) == 1
+
+
+GOOD_TASK = {
+    "ur_rmse_deg": 3.0,
+    "tilt_rmse_deg": 5.9,
+    "internal_rotation_rmse_deg": 4.0,
+    "clavicle_elevation_rmse_deg": 2.0,
+    "ur_bias_deg": -1.0,
+    "ur_recorded_sd_deg": 6.0,
+    "arm_rmse_deg": 1.0,
+    "outside_fit_share": 0.0,
+    "stop_moment_median_Nm": 0.0,
+}
+
+
+GOOD_TASK |= {f"tracked_{angle}": 1.0 for angle in ANGLES}
+
+
+def tasks(**changes: object) -> pd.DataFrame:
+    """Predicted daily tasks of two participants, `changes` in the drinking of par2."""
+    rows = []
+    for participant in ("par1", "par2"):
+        for task in ("drinking", "driving"):
+            row = {
+                "participant": participant, "task": task, "condition": "healthy",
+                "variant": "study", "hand_load_kg": 0.0, "status": "optimal", "certified": True,
+                **GOOD_TASK,
+            }  # fmt: skip
+            changed = (participant, task) == ("par2", "drinking")
+            rows.append(row | (changes if changed else {}))
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"ur_rmse_deg": 6.1}, "par2, daily tasks: upward rotation"),
+        ({"tilt_rmse_deg": 6.1}, "par2, daily tasks: tilt"),
+        ({"internal_rotation_rmse_deg": 6.1}, "par2, daily tasks: internal rotation"),
+        ({"clavicle_elevation_rmse_deg": 6.1}, "par2, daily tasks: clavicle elevation"),
+        ({"outside_fit_share": 0.01}, "par2, daily tasks: share outside"),
+        ({"stop_moment_median_Nm": 0.6}, "par2, daily tasks: median moment"),
+        ({"certified": False}, "daily tasks: predictions with a certificate"),
+    ],
+)
+def test_one_daily_task_off_fails_its_limit_alone(change, said):
+    limits = TARGETS["against_tasks"]
+    assert not failed(task_verdicts(limits, tasks()))
+    (name,) = failed(task_verdicts(limits, tasks(**change)))
+    assert name.startswith(said)
+
+
+def test_daily_task_without_solution_fails_all_limits_of_its_participant():
+    nothing = dict.fromkeys((*GOOD_TASK, "certified"))
+    table = tasks(status="failed", **nothing)
+    missed = failed(task_verdicts(TARGETS["against_tasks"], table))
+    assert len(missed) == 7
+    judged = Judged(TARGETS, "", pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
+    assert task_table(judged).flagged == {2}
+
+
+def test_daily_tasks_that_nobody_predicted_are_missed():
+    verdicts = list(task_verdicts(TARGETS["against_tasks"], pd.DataFrame()))
+    assert len(verdicts) == len(failed(verdicts)) == 13

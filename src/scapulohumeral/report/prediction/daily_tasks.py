@@ -1,0 +1,76 @@
+"""Healthy predictions on the arm of recorded daily tasks, beside the recorded girdle.
+
+Elevations have chosen the model, daily tasks have not. Beside each prediction stands how far the
+model is from the recording where it is told to follow it with all segments. Every prediction has a
+row; failed solves have their status and no distances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import pandas as pd
+
+from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
+from scapulohumeral.model.participant import read_participant
+from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.quantities.fit_region import outside_region
+from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
+from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
+
+CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
+# Angles of the girdle, by column; with the prefix those of the tracked motion.
+ANGLES = {
+    "ur_rmse_deg": "upward rotation",
+    "tilt_rmse_deg": "tilt",
+    "internal_rotation_rmse_deg": "internal rotation",
+    "clavicle_elevation_rmse_deg": "clavicle elevation",
+}
+TRACKED = "tracked_"
+COLUMNS = (
+    *("participant", "task", "condition", "variant", "hand_load_kg", "status", CERTIFIED),
+    *(field.name for field in fields(TaskDistance)),
+    *(f"{TRACKED}{column}" for column in ANGLES),
+    *(OUTSIDE, STOP_MOMENT),
+)
+
+
+@dataclass(frozen=True)
+class TaskFiles:
+    """Predictions, their summaries and the tracked tasks in one order; all participants."""
+
+    solutions: Sequence[Path]
+    summaries: Sequence[Path]
+    tracked: Sequence[Path]
+    participants: Sequence[Path]
+
+
+def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
+    """Distances of predicted daily tasks to their recordings, in the columns ``COLUMNS``.
+
+    Parameters
+    ----------
+    region : that muscle paths were fitted to
+    """
+    names = {path.parent.name: path.parents[1] for path in files.participants}
+    fitted = {n: recorded_poses(read_participant(folder, n)) for n, folder in names.items()}
+    rows = []
+    predictions = read_predictions(files.solutions, files.summaries)
+    for one, path in zip(predictions, files.tracked, strict=True):
+        recorded = read_solution(path)
+        row = {"task": recorded.header["trial"], **one.names}
+        row["hand_load_kg"] = one.summary["hand_load_kg"]
+        if one.solved:
+            pose = one.solution.pose
+            outside = outside_region(pose, fitted[one.names["participant"]], region)
+            followed = asdict(task_distance(recorded.pose, recorded.reference_pose))
+            row |= {f"{TRACKED}{column}": followed[column] for column in ANGLES}
+            row |= asdict(task_distance(pose, recorded.reference_pose)) | {
+                CERTIFIED: one.summary["certificate"]["holds"],
+                OUTSIDE: float(outside.mean()),
+                STOP_MOMENT: one.summary[STOP_MOMENT],
+            }
+        rows.append(row)
+    return pd.DataFrame(rows, columns=list(COLUMNS))

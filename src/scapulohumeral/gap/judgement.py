@@ -112,7 +112,8 @@ def judge(
         untold = _untold(evidence, p)
         gain = _predicted_gain(scores, best.label, excess)
         undecided = _unproven(explained, gain, agreement) or untold or _unknown(scores, weighing)
-        p = p.doubted(best.label, _movements(evidence, p) if untold else ()) if undecided else p
+        rivals = _movements(evidence, p, best.label) if untold else ()
+        p = p.doubted(best.label, rivals) if undecided else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -240,11 +241,13 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
 
 
-def _movements(evidence: Evidence, p: Posterior) -> list[str]:
-    """Labels that may each be another movement: this alone, and what acts on the body, against
-    which people may have moved otherwise."""
-    acting = {e.label for e in evidence.effects if e.changes_body}
-    return [label for label in p.labels if label == MOVED or acting & set(label.split(JOIN))]
+def _movements(evidence: Evidence, p: Posterior, doubted: str) -> list[str]:
+    """Labels that may each be another movement instead of a doubted label: this alone, and what
+    acts on the body, against which people may have moved otherwise."""
+    acting = {MOVED} | {e.label for e in evidence.effects if e.changes_body}
+    without = set(doubted.split(JOIN))
+    parts = {label: set(label.split(JOIN)) for label in p.labels}
+    return [label for label, own in parts.items() if acting & own and not without & own]
 
 
 def _unknown(scores: Mapping[str, Score], weighing: Weighing) -> str:

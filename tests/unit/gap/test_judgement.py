@@ -54,7 +54,8 @@ def test_motion_alone_does_not_name_what_a_person_may_have_done(first: str, why:
 def test_another_movement_may_be_an_answer_to_whatever_acts_on_the_body() -> None:
     labels = [LOAD, FRAME, SKIN, MOVED, f"{LOAD} + {SKIN}", f"{FRAME} + {SKIN}"]
     p = Posterior(dict.fromkeys(labels, 0.1), none=0.4, no_gap=0.0)
-    assert _movements(of_person(), p) == [LOAD, MOVED, f"{LOAD} + {SKIN}"]
+    assert _movements(of_person(), p, FRAME) == [LOAD, MOVED, f"{LOAD} + {SKIN}"]
+    assert _movements(of_person(), p, LOAD) == [MOVED]
 
 
 def removing(new_task: float | None, trial: float | None = None) -> SimpleNamespace:

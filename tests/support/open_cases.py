@@ -22,4 +22,4 @@ def open_case(
         NONE: Score(np.log(0.1), -40.0, -40.0),
         NO_GAP: Score(np.log(0.1), -40.0, -40.0),
     }
-    return OpenCase(draw, right, present, True, True, scores)
+    return OpenCase(draw, right, present, True, True, 1.0, scores)

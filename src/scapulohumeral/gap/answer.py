@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.gap.curve_files import (
+    MISFIT,
     ControlsRow,
     ErrorsRow,
     HypothesesRow,
@@ -23,7 +24,6 @@ from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions,
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
-from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.judgement import Judged, hypotheses_rows, motion_is_told, robustness
 from scapulohumeral.gap.output.tables import (
     amplitude_table,
@@ -219,17 +219,19 @@ def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFr
             evidence.residuals, judged.fits, evidence.settings.signature_error
         ),
         "hypotheses": table_of(HypothesesRow, hypotheses_rows(judged)),
-        "errors": table_of(ErrorsRow, _errors(evidence, best)),
+        "errors": table_of(ErrorsRow, _errors(evidence, judged)),
     }
 
 
-def _errors(evidence: Evidence, best: Fit) -> list[ErrorsRow]:
+def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
     """What was found most probable of the person and of the errors that are assumed."""
+    best = judged.best
     return [
         ErrorsRow(error="stiffness", value=best.hypothesis.stiffness),
         ErrorsRow(error="other_movement_deg", value=best.moved_deg),
         ErrorsRow(error="session_share", value=evidence.session_share),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
+        ErrorsRow(error=MISFIT, value=judged.misfit),
     ]
 
 

@@ -17,6 +17,8 @@ from scapulohumeral.gap.labels import CURVES
 
 # What the recorded curves of the test trials are compared with.
 REFERENCE, MODEL = COMPARED_WITH = ("reference trials", "model")
+# How far the likeliest explanation misses the difference.
+MISFIT = "misfit"
 Row = TypeVar("Row", bound=NamedTuple)
 
 
@@ -120,7 +122,7 @@ class ErrorsRow(NamedTuple):
 
     Stiffness with which the person keeps a movement and standard deviation of another movement
     [deg], both beside the best effect; share of what sessions are assumed to change, signature
-    error.
+    error; `MISFIT`, see `verdict.misfit`.
     """
 
     error: str

@@ -19,6 +19,7 @@ from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
+from scapulohumeral.gap.verdict.misfit import misfit
 from scapulohumeral.gap.verdict.posterior import Posterior, Score
 from scapulohumeral.gap.weighing import Weighing
 
@@ -30,12 +31,15 @@ HOPELESS = 12.0
 LEFT = 0.6
 # Effects among which variants choose.
 COMPARED_VARIANTS = 15
+# Log density that a cause adds on tasks left out, from which on it is proven: twenty to one, which
+# is "strong" by Kass and Raftery 1995 (J Am Stat Assoc 90: 773-795).
+STRONG = 3.0
 # Level at which tasks contradict each other about an amplitude.
 DISAGREEING = 0.01
 # Kinds of channels by which an effect on the body is told from another movement.
 TELLING = ("emg", "contact_force")
 NOTHING_HELD_OUT = (
-    "no cause can be proven: there is no trial or task to leave out, or over all channels the gap "
+    "no cause can be proven: there is no trial or task to leave out, or what the cause predicts "
     "there hardly exceeds what differs without a cause"
 )
 BETTER_UNKNOWN = (
@@ -67,6 +71,7 @@ class Judged:
     explained : how far the best shrinks the gap; None without a gap
     undecided : why no cause is named; empty if one is
     temperature : by which all evidence was divided on the whole
+    misfit : how many times as much as assumed the best explanation leaves, in mean square
     """
 
     fits: Sequence[Fit]
@@ -81,6 +86,7 @@ class Judged:
     explained: Explained | None
     undecided: str
     temperature: float
+    misfit: float
 
 
 def judge(
@@ -94,17 +100,20 @@ def judge(
     scores = _scores(evidence, found, fits, others, weighing)
     told = motion_is_told(evidence)
     silent = posterior.no_gap_range(present, evidence.referenced, told, weighing)
-    p = posterior.posterior(scores, posterior.heard(weighing, present, told), silent)
+    excess = misfit(fits, evidence.residuals, evidence.settings.signature_error)
+    weighing = posterior.heard(weighing, present, told, excess)
+    p = posterior.posterior(scores, weighing, silent)
     best = next(f for f in fits if f.label == p.first)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
     explained = explain(best, evidence, seed) if present else None
     undecided = ""
     if present:
-        undecided = _unproven(explained, agreement) or _untold(evidence, p)
-        undecided = undecided or _unknown(scores, weighing)
-        rival = MOVED if undecided == NO_POSTURE_TOLD else NONE
-        p = p.doubted(best.label, rival) if undecided else p
+        untold = _untold(evidence, p)
+        gain = _predicted_gain(scores, best.label, excess)
+        undecided = _unproven(explained, gain, agreement) or untold or _unknown(scores, weighing)
+        rivals = _movements(evidence, p, best.label) if untold else ()
+        p = p.doubted(best.label, rivals) if undecided else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -120,6 +129,7 @@ def judge(
         explained=explained,
         undecided=undecided,
         temperature=weighing.temperature,
+        misfit=excess,
     )
 
 
@@ -189,15 +199,28 @@ def _agreement(
     return task_agreement(best.hypothesis, c, error)
 
 
-def _unproven(explained: Explained | None, agreement: float | None) -> str:
-    """Why the first cause is not named, by data that it was not fitted to; empty if it is."""
+def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> float:
+    """By how much a cause predicts tasks left out better than nothing does, as log density.
+
+    Zero where there is one task only. `excess` is the misfit.
+    """
+    own, nothing = (scores[name].log_predictive for name in (label, NO_GAP))
+    return 0.0 if own is None or nothing is None else (own - nothing) / excess
+
+
+def _unproven(explained: Explained | None, gain: float, agreement: float | None) -> str:
+    """Why the first cause is not named, by data that it was not fitted to; empty if it is.
+
+    Where the gap is in few channels, all of them together hardly exceed the floor, so that there is
+    no share to remove: then the density of tasks left out is the proof.
+    """
     if explained is None:
         return ""
     shares = explained.shrinkage
     held_out = shares.new_task or shares.held_out_trial
-    if held_out is None:
+    if held_out is None and gain <= STRONG:
         return NOTHING_HELD_OUT
-    if held_out.value <= 0.0:
+    if held_out is not None and held_out.value <= 0.0:
         where = "task" if shares.new_task else "trial"
         return (
             f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
@@ -216,6 +239,15 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     if p.first == MOVED or acting & first:
         return NOT_TOLD
     return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
+
+
+def _movements(evidence: Evidence, p: Posterior, doubted: str) -> list[str]:
+    """Labels that may each be another movement instead of a doubted label: this alone, and what
+    acts on the body, against which people may have moved otherwise."""
+    acting = {MOVED} | {e.label for e in evidence.effects if e.changes_body}
+    without = set(doubted.split(JOIN))
+    parts = {label: set(label.split(JOIN)) for label in p.labels}
+    return [label for label, own in parts.items() if acting & own and not without & own]
 
 
 def _unknown(scores: Mapping[str, Score], weighing: Weighing) -> str:

@@ -4,9 +4,20 @@ from types import SimpleNamespace
 
 import pytest
 
-from scapulohumeral.gap.judgement import NO_POSTURE_TOLD, NOT_TOLD, _untold
-from scapulohumeral.gap.labels import MOVED
-from scapulohumeral.gap.verdict.posterior import Posterior
+from scapulohumeral.gap.judgement import (
+    DISAGREEING,
+    NO_POSTURE_TOLD,
+    NOT_TOLD,
+    NOTHING_HELD_OUT,
+    STRONG,
+    _movements,
+    _predicted_gain,
+    _unproven,
+    _untold,
+)
+from scapulohumeral.gap.labels import MOVED, NO_GAP
+from scapulohumeral.gap.result import Share, Shrinkage
+from scapulohumeral.gap.verdict.posterior import Posterior, Score
 
 pytestmark = pytest.mark.unit
 LOAD, FRAME, SKIN = "body/hand_load", "input/frame_misalignment/humerus", "measurement/scapula_sta"
@@ -38,3 +49,37 @@ def test_motion_alone_does_not_name_what_a_person_may_have_done(first: str, why:
     assert _untold(of_person(), p) == why
     assert _untold(of_person("emg"), p) == ""
     assert _untold(of_person(one=False), p) == ""
+
+
+def test_another_movement_may_be_an_answer_to_whatever_acts_on_the_body() -> None:
+    labels = [LOAD, FRAME, SKIN, MOVED, f"{LOAD} + {SKIN}", f"{FRAME} + {SKIN}"]
+    p = Posterior(dict.fromkeys(labels, 0.1), none=0.4, no_gap=0.0)
+    assert _movements(of_person(), p, FRAME) == [LOAD, MOVED, f"{LOAD} + {SKIN}"]
+    assert _movements(of_person(), p, LOAD) == [MOVED]
+
+
+def removing(new_task: float | None, trial: float | None = None) -> SimpleNamespace:
+    """How far a cause shrinks the gap on what was left out of the fit."""
+    shares = (None if value is None else Share(value, None, 4) for value in (trial, new_task))
+    return SimpleNamespace(shrinkage=Shrinkage(None, *shares, ()))
+
+
+def test_a_cause_is_proven_by_what_it_removes_of_the_gap_on_tasks_left_out() -> None:
+    assert _unproven(removing(0.4), 0.0, 0.5) == ""
+    assert "on a task left out" in _unproven(removing(-0.1, 0.4), 9.0 * STRONG, 0.5)
+    assert "on a trial left out" in _unproven(removing(None, -0.1), 9.0 * STRONG, 0.5)
+    assert "different amplitudes" in _unproven(removing(0.4), 0.0, 0.5 * DISAGREEING)
+
+
+def test_where_a_gap_is_in_few_channels_the_density_of_tasks_left_out_is_the_proof() -> None:
+    assert _unproven(removing(None), 0.9 * STRONG, 0.5) == NOTHING_HELD_OUT
+    assert _unproven(removing(None), 1.1 * STRONG, 0.5) == ""
+    assert "different amplitudes" in _unproven(removing(None), 1.1 * STRONG, 0.5 * DISAGREEING)
+
+
+def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() -> None:
+    scores = {LOAD: Score(0.0, 9.0, 4.0), NO_GAP: Score(0.0, 0.0, -6.0)}
+    assert _predicted_gain(scores, LOAD, 1.0) == pytest.approx(10.0)
+    assert _predicted_gain(scores, LOAD, 2.0) == pytest.approx(5.0)
+    one_task = {LOAD: Score(0.0, 9.0, None), NO_GAP: Score(0.0, 0.0, None)}
+    assert _predicted_gain(one_task, LOAD, 1.0) == 0.0

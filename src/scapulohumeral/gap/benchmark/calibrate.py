@@ -22,9 +22,9 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
 from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
-from scapulohumeral.gap.curve_files import read_table
+from scapulohumeral.gap.curve_files import MISFIT, read_table
 from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
-from scapulohumeral.gap.verdict.posterior import Posterior, Score, no_gap_range, posterior
+from scapulohumeral.gap.verdict.posterior import Posterior, Score, heard, no_gap_range, posterior
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
 # Fitted by the log score; the others are shares of cases.
@@ -47,6 +47,7 @@ class OpenCase:
     right : labels that each are a right answer, as `ScoredCase.right` has them
     present, referenced, told : of the answer: whether there is a gap; whether there were reference
         trials; whether EMG or joint force was compared
+    misfit : how far the likeliest explanation misses the difference
     scores : by label
     """
 
@@ -55,12 +56,14 @@ class OpenCase:
     present: bool
     referenced: bool
     told: bool
+    misfit: float
     scores: Mapping[str, Score]
 
     def probabilities(self, weighing: Weighing) -> Posterior:
         """Probabilities of all labels with some weights."""
         silent = no_gap_range(self.present, self.referenced, self.told, weighing)
-        return posterior(self.scores, weighing, silent)
+        counting = heard(weighing, self.present, self.told, self.misfit)
+        return posterior(self.scores, counting, silent)
 
     def p_truth(self, weighing: Weighing) -> float:
         """Probability of what is right."""
@@ -103,6 +106,7 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
     answer = case.verdict_or_abstained
     assert answer is not None
     table = read_table(case.answer_folder, "hypotheses")
+    errors = read_table(case.answer_folder, "errors").set_index("error")["value"]
     scores = {
         str(row["label"]): Score(
             row["log_prior"],
@@ -119,6 +123,7 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
         present=bool(answer["gap"]["present"]),
         referenced=answer["mode"] == "reference",
         told=bool(channels["emg"] or channels["contact_force"]),
+        misfit=float(errors[MISFIT]),
         scores=scores,
     )
 

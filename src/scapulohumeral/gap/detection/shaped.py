@@ -19,6 +19,9 @@ from scapulohumeral.gap.residual.residual import Residual
 
 # Of a chi-square variable: z values of 37 and -8. Where an effect hardly shows, p would be one.
 P_RANGE = 1e-300, 1.0 - 1e-15
+# Parameters whose changes differ by less than this share in shape change a difference alike: slopes
+# are central differences, good to about as many digits.
+DISTINCT = 1e-4
 
 
 def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]) -> np.ndarray:
@@ -31,7 +34,7 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     slopes : (D, P) of each effect
     """
     white = residual.whiten(steadied(residual, vectors))
-    bases = [np.linalg.qr(residual.whiten(slope))[0] for slope in slopes if np.any(slope)]
+    bases = [directions(residual, slope)[0] for slope in slopes if np.any(slope)]
     return np.max([_z_values(white, basis) for basis in bases], axis=0)
 
 
@@ -44,9 +47,27 @@ def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarra
     basis : (D, P) its directions in the whitened difference
     """
     white = residual.whiten(steadied(residual, residual.delta[:, None]))
-    shown = [(s, *np.linalg.qr(residual.whiten(s))) for s in slopes if np.any(s)]
-    best, basis, root = max(shown, key=lambda one: _z_values(white, one[1])[0])
-    return best @ np.linalg.solve(root, basis.T @ white)[:, 0], basis
+    shown = [(s, *directions(residual, s)) for s in slopes if np.any(s)]
+    best, basis, amounts = max(shown, key=lambda one: _z_values(white, one[1])[0])
+    return best @ (amounts @ (basis.T @ white))[:, 0], basis
+
+
+def directions(residual: Residual, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions that an effect (D, P) can change a whitened difference in.
+
+    Parameters that change it alike have one direction together: two would hold noise.
+
+    Returns
+    -------
+    basis : (D, R) orthonormal, R at most P
+    amounts : (P, R) parameters of a unit along each
+    """
+    white = residual.whiten(slope)
+    lengths = np.linalg.norm(white, axis=0)
+    units = np.where(lengths > 0.0, lengths, 1.0)
+    left, sizes, right = np.linalg.svd(white / units, full_matrices=False)
+    rank = int(np.sum(sizes > DISTINCT * sizes[0]))
+    return left[:, :rank], right[:rank].T / sizes[:rank] / units[:, None]
 
 
 def _z_values(white: np.ndarray, basis: np.ndarray) -> np.ndarray:

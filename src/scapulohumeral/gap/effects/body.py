@@ -17,6 +17,9 @@ JOINTS = ("SC", "AC", "GH", "EL")
 
 
 ALL = "all"
+# Muscle groups that tears of the cuff take most often (Henseler et al. 2015, PLoS ONE 10(2)
+# e0118158), and large ones together.
+CUFF, OF_CUFF = "cuff", ("supra", "infra")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +67,11 @@ class Body:
     rates: float
 
     def chosen(self, member: str | None) -> np.ndarray:
-        """Elements of a muscle group, of all for ``"all"``: (M,) bool."""
-        return np.full(len(self.groups), True) if member == ALL else self.groups == member
+        """Elements of a muscle group, of the cuff or of all for ``"cuff"`` and ``"all"``: (M,)
+        bool."""
+        if member == ALL:
+            return np.full(len(self.groups), True)
+        return np.isin(self.groups, OF_CUFF) if member == CUFF else self.groups == member
 
     def loaded(self, generalised: Array) -> Body:
         """The body with generalised forces (I, 13), rows as in `levers`, beside those it has."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
-from scapulohumeral.gap.effects.body import ALL, Body
+from scapulohumeral.gap.effects.body import ALL, CUFF, Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
@@ -69,12 +69,12 @@ class StrengthLoss(Effect):
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
-    """Every group, and all together."""
+    """Every group, the torn cuff, and all together."""
     return tuple(
         StrengthLoss(
             "body", "strength_loss", name, PARAMS, KINEMATICS,
             ("emg_gain", "pain_inhibition", "fibre_length", "fatigue"),
             "maximal torque test; measured joint force; a trial near maximal effort",
         )
-        for name in (*setup.groups, ALL)
+        for name in (*setup.groups, CUFF, ALL)
     )  # fmt: skip

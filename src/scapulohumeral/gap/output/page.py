@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from scapulohumeral.gap.curve_files import MISFIT
 from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
@@ -27,6 +28,7 @@ ASSUMED = {
     "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
     "other_movement_deg": "another movement was intended, by {} deg (0: the same one)",
     "session_share": "two sessions differ by {} of the configured spread",
+    MISFIT: "the likeliest explanation leaves {} times the square of what errors were taken to be",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
-from scapulohumeral.gap.detection.shaped import P_RANGE, scales, white_by_task
+from scapulohumeral.gap.detection.shaped import P_RANGE, directions, scales, white_by_task
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
@@ -84,11 +84,11 @@ class _Scatter:
 
         Infinite if none is: the scatter is told from the same difference, and grows with it.
         """
-        least = float(chi2.isf(max(norm.sf(threshold), P_RANGE[0]), slope.shape[1]))
         size = float(np.linalg.norm(self.residual.whiten(slope[:, 0])))
         if size == 0.0:
             return np.inf
-        basis = np.linalg.qr(self.residual.whiten(slope))[0]
+        basis, _ = directions(self.residual, slope)
+        least = float(chi2.isf(max(norm.sf(threshold), P_RANGE[0]), basis.shape[1]))
         white = white_by_task(self.residual, slope[:, :1])
         parts = _white_parts(self.residual, slope[:, :1])
         across = np.einsum("tdm,td->tm", self.white, white[..., 0])

@@ -5,7 +5,7 @@ Probabilities hold if the cause is in the library, and as far as their weights a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,16 +58,20 @@ class Posterior:
         """The most probable label."""
         return max(self.labels, key=lambda label: self.labels[label])
 
-    def doubted(self, label: str, rival: str = NONE) -> Posterior:
-        """The same with a label at most even: what is taken from it belongs to its rival.
+    def doubted(self, label: str, rivals: Collection[str] = ()) -> Posterior:
+        """The same with a label at most even: what is taken from it belongs to its rivals.
 
-        That is none of these, or a label that cannot be told from it.
+        These are labels that cannot be told from it, which share it as they are probable; without
+        any it belongs to none of these.
         """
         taken = max(self.labels[label] - UNPROVEN, 0.0)
         labels = {**self.labels, label: self.labels[label] - taken}
-        if rival == NONE:
+        others = {rival: labels[rival] for rival in rivals if rival != label}
+        if not others:
             return replace(self, labels=labels, none=self.none + taken)
-        return replace(self, labels={**labels, rival: labels[rival] + taken})
+        share = taken / sum(others.values())
+        grown = {rival: p * (1.0 + share) for rival, p in others.items()}
+        return replace(self, labels={**labels, **grown})
 
 
 def posterior(
@@ -126,13 +130,16 @@ def no_gap_range(
     return (weighing.silent if told else weighing.silent_motion), 1.0
 
 
-def heard(weighing: Weighing, present: bool, told: bool) -> Weighing:
+def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weighing:
     """Weights that hold for a case, as for :func:`no_gap_range`.
 
     Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
-    in it. Causes then stay as probable as before any data.
+    in it. Causes then stay as probable as before any data. `excess` is how many times as much as
+    assumed the best explanation leaves (`judgement.misfit`): evidence counts by so much less.
     """
-    return weighing if present or told else replace(weighing, misled=1.0)
+    believed = weighing.misled if present or told else 1.0
+    evidence, held_out = weighing.evidence / excess, weighing.held_out / excess
+    return replace(weighing, evidence=evidence, held_out=held_out, misled=believed)
 
 
 def credible_set(found: Posterior) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from scapulohumeral.gap.detection.presence import (
     shares,
     z_values,
 )
-from scapulohumeral.gap.detection.shaped import shaped, steadied
+from scapulohumeral.gap.detection.shaped import closest, shaped, steadied
 from scapulohumeral.gap.labels import GLR, MAX_T, ON_RECORD
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.noise import draws
@@ -117,3 +117,18 @@ def test_a_shape_that_hardly_shows_has_a_finite_value():
     there = residual()
     one = np.eye(len(there.delta))[:, :1]
     assert np.isfinite(shaped(there, np.zeros((len(one), 2)), [one])).all()
+
+
+def test_parameters_that_change_a_difference_alike_are_one_direction():
+    """Strength of fibres and their number, where neither effort nor EMG shows."""
+    there = residual()
+    one = np.random.default_rng(3).normal(size=(len(TASKS) * SIZE, 1))
+    twice, nothing = np.hstack([one, 2.0 * one]), 0.0 * one
+    vector = draws(there, 4, 5) + 3.0 * one
+    alone = shaped(there, vector, [one])
+    for alike in (twice, np.hstack([one, nothing]), np.hstack([1e-6 * one, one])):
+        assert shaped(there, vector, [alike]) == pytest.approx(alone)
+    spoilt = replace(there, delta=3.0 * one[:, 0])
+    (change, basis), (expected, _) = closest(spoilt, [twice]), closest(spoilt, [one])
+    assert change == pytest.approx(expected)
+    assert basis.shape[1] == 1

@@ -227,3 +227,21 @@ def test_sessions_change_as_much_as_is_most_probable(monkeypatch, scale, share):
     moved = found.residuals[6.0].covariance - found.residual.covariance
     np.testing.assert_allclose(moved, 36.0 / SIZE, atol=1e-9)
     assert set(found.fits) == set(found.suppositions)
+
+
+def test_an_effect_that_stays_far_behind_is_not_solved_again(evidence, monkeypatch):
+    asked = solving(monkeypatch, 9.0)
+    monkeypatch.setattr(search, "BEHIND", -1e6)
+    fit_all(evidence, None, 1, [])
+    assert {label for label, *_ in asked} <= {GAIN.label}
+
+
+def test_a_stiffness_without_solution_is_not_tried_again_in_the_family(evidence):
+    told = search._Told(evidence)
+    [first] = strongest(evidence.screened, evidence.prior, 1)
+    firm, loose = told.alternatives(first)
+    told.learn(first, loose.with_evidence(firm.log_evidence + 3.0))
+    assert told.alternatives(first) == [loose]
+    assert list(told.gains.values()) == [pytest.approx(3.0)]
+    told.learn(first, None)
+    assert told.alternatives(first) == [firm, loose]

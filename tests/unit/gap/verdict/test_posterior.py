@@ -145,12 +145,15 @@ def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():
     assert found.doubted("b") == found
 
 
-def test_what_cannot_be_told_from_a_label_gets_what_is_doubted():
-    found = Posterior({"a": 0.8, "b": 0.1}, 0.06, 0.04)
-    doubted = found.doubted("a", "b")
-    assert doubted.labels == pytest.approx({"a": UNPROVEN, "b": 0.1 + 0.8 - UNPROVEN})
+def test_what_cannot_be_told_from_a_label_shares_what_is_doubted_as_it_is_probable():
+    found = Posterior({"a": 0.7, "b": 0.1, "c": 0.05, "d": 0.05}, 0.06, 0.04)
+    doubted = found.doubted("a", ["a", "b", "c"])
+    grown = 1.0 + (0.7 - UNPROVEN) / 0.15
+    expected = {"a": UNPROVEN, "b": 0.1 * grown, "c": 0.05 * grown, "d": 0.05}
+    assert doubted.labels == pytest.approx(expected)
     assert doubted.none == found.none
     assert total(doubted) == pytest.approx(1.0)
+    assert found.doubted("b", ["c"]) == found
 
 
 def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
@@ -164,11 +167,20 @@ def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
 
 def test_motion_without_a_gap_names_no_cause():
     told = scores(a=50.0)
-    silent = posterior(told, heard(PLAIN, present=False, told=False), FREE)
+    silent = posterior(told, heard(PLAIN, present=False, told=False, excess=1.0), FREE)
     assert silent.labels["a"] / silent.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
     for present, by_emg in ((True, False), (False, True), (True, True)):
-        found = posterior(told, heard(PLAIN, present, by_emg), FREE)
+        found = posterior(told, heard(PLAIN, present, by_emg, 1.0), FREE)
         assert found.labels["a"] > 0.99
+
+
+def test_evidence_counts_less_where_the_likeliest_explanation_misses_the_difference():
+    told = scores({"a": 4.0, "b": 0.0}, a=6.0, b=0.0)
+    weighing = replace(PLAIN, evidence=0.5, held_out=0.5)
+    for excess in (1.0, 2.5):
+        found = posterior(told, heard(weighing, True, True, excess), FREE)
+        odds = np.log(found.labels["a"] / found.labels["b"])
+        assert odds == pytest.approx(np.log(0.3 / 0.4) + 5.0 / excess)
 
 
 def test_none_of_these_is_likelier_by_evidence_whatever_its_limit():

@@ -89,6 +89,9 @@ def test_variant_has_paths_of_its_own_for_another_surface_or_the_published_arm()
     )
     scaled = replace(heavy, model={"serratus_path": "as_scaled", "masses": "divided"})
     assert geometry_name(configured, scaled) == "published-as_scaled"
+    configured["paths"] = "das3"
+    edited = replace(heavy, model={"paths": "published", "masses": "divided"})
+    assert geometry_name(configured, edited) == "published-flattened-published"
 
 
 def test_only_participants_of_the_study_are_predicted():

@@ -410,6 +410,8 @@ def test_published_paths_are_those_of_the_scaled_model_of_par2(participant):
     muscles = {muscle.name: muscle for muscle in record.muscles}
     origin = muscles["delt_clav_1"].points[0].location_m
     np.testing.assert_allclose(origin, [0.133, 0.0, -0.02], atol=1e-8)
+    end = muscles["trap_clav_2"].points[1].location_m
+    np.testing.assert_allclose(end, [0.12082344, 0.0, 0.0], atol=1e-8)
     insertion = muscles["infra_5"].points[1].location_m
     np.testing.assert_allclose(insertion, [0.01536032, 0.01474006, 0.01], atol=1e-8)
     assert muscles["infra_1"].wraps == ("ter_min_cyl",)

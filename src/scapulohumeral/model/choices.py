@@ -31,7 +31,8 @@ class ModelChoices:
     serratus_path : over a thorax surface "flattened" until the attachments stay outside,
         "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
         "as_scaled", where poses with an attachment inside the surface are left out of the fit
-    paths : of the other muscles, as in "das3", or "published": those that the authors set by hand
+    paths : of the other muscles, as in "das3", or "published": those that the authors set by hand,
+        all fitted as by the authors
     fibres : "recorded_range" lengthens fibres that recorded elevations would stretch too far,
         "suspended" does so, but lets recorded elevations stretch the muscles that carry the girdle
         further, all alike, so that it hangs where it was recorded; "published" are those that the

@@ -56,6 +56,8 @@ class ProblemChoices:
         their rest pose and damping
     forearm : how radius and hand lie as masses: "turned" by the locked pronation, or "unturned" in
         the axes of the ulna
+    humerus_centre_m : distance of the humerus' mass centre from its head along the bone [m]; None:
+        as scaled
     capsule_Nm : torque of the exponential spring of the model's glenohumeral joint at 0.6 rad;
         None: that of the model
     conoid : "stiff" at the recorded length, or "soft"
@@ -75,6 +77,7 @@ class ProblemChoices:
     arm: str = "own"
     springs: str = "own"
     forearm: str = "turned"
+    humerus_centre_m: float | None = None
     capsule_Nm: float | None = None
     conoid: str = "stiff"
     contact: str = "fitted"
@@ -103,7 +106,13 @@ class ProblemChoices:
                 raise ConfigError(
                     f"choice {key}: {getattr(self, key)!r}; choose {' or '.join(allowed)}"
                 )
-        for key in ("capsule_Nm", "reaction_rate", "largest_compression_N", "coordinate_margin"):
+        for key in (
+            "humerus_centre_m",
+            "capsule_Nm",
+            "reaction_rate",
+            "largest_compression_N",
+            "coordinate_margin",
+        ):
             value = getattr(self, key)
             if value is not None and not value > 0:
                 raise ConfigError(f"choice {key}: {value}; expected a positive number")
@@ -125,6 +134,9 @@ def chosen_parameters(
     values: dict[str, object] = {name: block.copy() for name, block in unpack(parameters).items()}
     if choices.forearm == "unturned":
         values |= forearm_parameters(replace(record, pronation_rad=0.0))
+    if choices.humerus_centre_m is not None:
+        x, _, z = unpack(parameters)["com_humerus"]
+        values["com_humerus"] = [x, -choices.humerus_centre_m, z]
     if choices.capsule_Nm is not None:
         torque = unpack(parameters)["spring_torque"].copy()
         torque[BALL_JOINTS.index("GH")] = choices.capsule_Nm

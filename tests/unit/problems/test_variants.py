@@ -122,6 +122,7 @@ def test_the_studys_own_choices_change_no_parameter():
             {"contact": "published"},
             {"thorax_centre", "thorax_radii", "contact_TS", "contact_AI"},
         ),
+        ({"humerus_centre_m": 0.2}, {"com_humerus"}),
         ({"capsule_Nm": 0.5}, {"spring_torque"}),
     ],
 )

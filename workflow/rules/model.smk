@@ -42,6 +42,7 @@ rule sample_muscle_geometry:
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
         code=code_of(
+            "scapulohumeral.model.muscle_paths.authors_fit",
             "scapulohumeral.model.muscle_paths.opensim_sampling",
             "scapulohumeral.model.participant",
             "scapulohumeral.model.muscle_paths.pose_region",

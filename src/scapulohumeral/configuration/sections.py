@@ -27,6 +27,7 @@ from scapulohumeral.model.choices import (
     GirdleStops,
     Glenohumeral,
     Masses,
+    Paths,
     SerratusPath,
 )
 
@@ -41,6 +42,7 @@ class Model(Section):
     serratus_path: Annotated[
         SerratusPath, key("Surface under serratus anterior and what follows it [no unit].")
     ]
+    paths: Annotated[Paths, key("Paths of the other muscles [no unit].")]
     fibres: Annotated[Fibres, key("Rule or table of the optimal fibre lengths [no unit].")]
     girdle_stops: Annotated[
         GirdleStops, key("Where the stops of clavicle and scapula are [no unit].")

@@ -42,7 +42,6 @@ def dynamics_parameters(
     constants, joints, segments = record.constants, record.joints, record.segments
     contact, conoid = constants.scapulothoracic_contact, record.conoid
     passive = constants.passive_joint
-    mass, com, inertia, hand = forearm(record)
     points = [record.markers[name].location_m for name in contact.points]
     values: dict[str, Any] = {
         "gravity": record.gravity_mps2,
@@ -51,11 +50,7 @@ def dynamics_parameters(
         "offset_GH": joints["gh1"].location_m,
         "offset_EL": joints["hu"].location_m,
         "axis_EL": elbow_axis(record),
-        "mass_forearm": mass,
-        "com_forearm": com,
-        "inertia_forearm": inertia,
         "mass_load": hand_load_kg,
-        "com_load": hand,
         "conoid_origin": conoid.origin_m,
         "conoid_insertion": conoid.insertion_m,
         "conoid_length": conoid.length_m,
@@ -73,6 +68,7 @@ def dynamics_parameters(
         "joint_damping": [passive.b_Nms_per_rad] * 4,
         "stop_stiffness": passive.k2_Nm_per_rad2,
         "stop_eps": passive.eps_rad,
+        **forearm_parameters(record),
         **girdle_range(record),
         **rest_pose(record),
     }
@@ -131,6 +127,17 @@ def with_capsule(parameters: Array, record: ModelRecord) -> Array:
     values["joint_stiffness"][place] = 0.0
     values["spring_torque"][place] = record.constants.passive_joint.capsule_Nm
     return pack({**values, "rest_GH": np.eye(3)})
+
+
+def forearm_parameters(record: ModelRecord) -> dict[str, Any]:
+    """Mass, mass centre and inertia of the forearm, and where the hand holds a load."""
+    mass, com, inertia, hand = forearm(record)
+    return {
+        "mass_forearm": mass,
+        "com_forearm": com,
+        "inertia_forearm": inertia,
+        "com_load": hand,
+    }
 
 
 def forearm(record: ModelRecord) -> tuple[float, Array, Array, Array]:

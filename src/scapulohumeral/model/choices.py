@@ -14,6 +14,7 @@ from scapulohumeral.errors import ConfigError
 
 Masses = Literal["published", "divided", "anthropometric"]
 SerratusPath = Literal["flattened", "flattened_rescaled", "as_scaled"]
+Paths = Literal["das3", "published"]
 Fibres = Literal["recorded_range", "suspended", "published"]
 GirdleStops = Literal["hanging", "wide"]
 Glenohumeral = Literal["spring", "capsule"]
@@ -30,6 +31,8 @@ class ModelChoices:
     serratus_path : over a thorax surface "flattened" until the attachments stay outside,
         "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
         "as_scaled", where poses with an attachment inside the surface are left out of the fit
+    paths : of the other muscles, as in "das3", or "published": those that the authors set by hand,
+        all fitted as by the authors
     fibres : "recorded_range" lengthens fibres that recorded elevations would stretch too far,
         "suspended" does so, but lets recorded elevations stretch the muscles that carry the girdle
         further, all alike, so that it hangs where it was recorded; "published" are those that the
@@ -43,6 +46,7 @@ class ModelChoices:
 
     masses: str = "published"
     serratus_path: str = "flattened"
+    paths: str = "das3"
     fibres: str = "recorded_range"
     girdle_stops: str = "hanging"
     glenohumeral: str = "spring"
@@ -52,6 +56,7 @@ class ModelChoices:
         for key, allowed in (
             ("masses", get_args(Masses)),
             ("serratus_path", get_args(SerratusPath)),
+            ("paths", get_args(Paths)),
             ("fibres", get_args(Fibres)),
             ("girdle_stops", get_args(GirdleStops)),
             ("glenohumeral", get_args(Glenohumeral)),

@@ -80,6 +80,7 @@ def participant_model(
     -------
     opensim.Model                    with all muscle elements of the tables
     """
+    tables = _with_paths(tables, choices)
     model = build_model(tables)
     scale_model(model, participant)
     if choices.masses == "anthropometric":
@@ -98,6 +99,10 @@ def participant_model(
     model.setName(participant.name)
     model.finalizeConnections()
     return model
+
+
+def _with_paths(tables: ModelTables, choices: ModelChoices) -> ModelTables:
+    return tables.with_published_paths() if choices.paths == "published" else tables
 
 
 def build_model(tables: ModelTables) -> opensim.Model:
@@ -430,6 +435,7 @@ def model_record(
     model : opensim.Model            as from `participant_model`
     participant, tables, choices     what it was made from
     """
+    tables = _with_paths(tables, choices)
     bodies = model.getBodySet()
     mass, mass_source = body_mass(participant, tables)
     constants = tables.constants

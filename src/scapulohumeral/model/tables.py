@@ -8,8 +8,8 @@ column and its source.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from scapulohumeral.model.csv_table import Row, number, read_rows
 Vector = tuple[float, ...]
 
 GROUND = "ground"
+PATH_POINTS, PATH_WRAPS, WRAP_OBJECTS = "path_points.csv", "path_wraps.csv", "wrap_objects.csv"
 WRAP_DIMENSIONS = {
     "ellipsoid": ("radius_x_m", "radius_y_m", "radius_z_m"),
     "sphere": ("radius_m",),
@@ -122,12 +123,21 @@ class Fibre:
 
 
 @dataclass(frozen=True)
+class Paths:
+    """Paths of some muscles, and wrapping surfaces."""
+
+    points: Mapping[str, Sequence[Point]]
+    wraps: Mapping[str, Sequence[PathWrap]]
+    wrap_objects: Mapping[str, WrapObject]
+
+
+@dataclass(frozen=True)
 class ModelTables:
     """All tables of the model, by name, in the order of the files.
 
     `constants` has the values of constants.yaml; `excluded_muscles` the reason for each muscle
-    element that is left out of the simulations. `published_fibres` are those that the authors of
-    the paper set by hand, for the base model.
+    element that is left out of the simulations. `published_fibres` and `published_paths` are those
+    that the authors of the paper set by hand, for the base model.
     """
 
     segments: Mapping[str, Segment]
@@ -137,6 +147,7 @@ class ModelTables:
     muscles: Mapping[str, Muscle]
     markers: Mapping[str, Point]
     published_fibres: Mapping[str, Fibre]
+    published_paths: Paths
     constants: Constants
     excluded_muscles: Mapping[str, str]
 
@@ -144,6 +155,22 @@ class ModelTables:
     def active_muscles(self) -> tuple[str, ...]:
         """Names of the muscle elements that are simulated, in the order of the table."""
         return tuple(name for name in self.muscles if name not in self.excluded_muscles)
+
+    def with_published_paths(self) -> ModelTables:
+        """The same tables with the paths that the authors of the paper set by hand."""
+        paths = self.published_paths
+        return replace(
+            self,
+            wrap_objects={**self.wrap_objects, **paths.wrap_objects},
+            muscles={
+                name: replace(
+                    muscle,
+                    points=tuple(paths.points.get(name, muscle.points)),
+                    wraps=tuple(paths.wraps.get(name, muscle.wraps)),
+                )
+                for name, muscle in self.muscles.items()
+            },
+        )
 
 
 class _Table:
@@ -190,10 +217,11 @@ def read_tables(directory: Path) -> ModelTables:
         segments=_read_segments(directory / "segments.csv"),
         joints=_read_joints(directory / "joints.csv"),
         coordinates=_read_coordinates(directory / "coordinates.csv"),
-        wrap_objects=_read_wrap_objects(directory / "wrap_objects.csv"),
+        wrap_objects=_read_wrap_objects(directory / WRAP_OBJECTS),
         muscles=_read_muscles(directory),
         markers=_read_markers(directory / "markers.csv"),
         published_fibres=_read_published_fibres(directory / "published_fibres.csv"),
+        published_paths=_read_paths(directory / "published_paths"),
         constants=constants,
         excluded_muscles=excluded,
     )
@@ -281,10 +309,10 @@ def _read_muscles(directory: Path) -> dict[str, Muscle]:
     )
     table = _Table(directory / "muscles.csv", "muscle", ("group", *quantities))
     table.unique()
-    points = _read_path_points(directory / "path_points.csv")
-    wraps = _read_path_wraps(directory / "path_wraps.csv")
+    points = _read_path_points(directory / PATH_POINTS)
+    wraps = _read_path_wraps(directory / PATH_WRAPS)
     names = {row["muscle"] for _, row in table.rows}
-    for file, paths in (("path_points.csv", points), ("path_wraps.csv", wraps)):
+    for file, paths in ((PATH_POINTS, points), (PATH_WRAPS, wraps)):
         _require(paths, names, f"{directory / file}, column muscle", "muscles.csv")
     return {
         row[1]["muscle"]: Muscle(
@@ -296,6 +324,14 @@ def _read_muscles(directory: Path) -> dict[str, Muscle]:
         )
         for row in table.rows
     }
+
+
+def _read_paths(directory: Path) -> Paths:
+    return Paths(
+        points=_read_path_points(directory / PATH_POINTS),
+        wraps=_read_path_wraps(directory / PATH_WRAPS),
+        wrap_objects=_read_wrap_objects(directory / WRAP_OBJECTS),
+    )
 
 
 def _read_path_points(path: Path) -> dict[str, list[Point]]:
@@ -367,6 +403,12 @@ def _check_references(tables: ModelTables, directory: Path) -> None:
     _require(tables.excluded_muscles, tables.muscles, place, "muscles.csv")
     place = f"{directory}/published_fibres.csv, column muscle"
     _require(tables.published_fibres, tables.muscles, place, "muscles.csv")
+    paths, place = tables.published_paths, f"{directory}/published_paths"
+    for file, edited in ((PATH_POINTS, paths.points), (PATH_WRAPS, paths.wraps)):
+        _require(edited, tables.muscles, f"{place}/{file}, column muscle", "muscles.csv")
+    surfaces = {**tables.wrap_objects, **paths.wrap_objects}
+    used = {wrap.wrap_object for wraps in paths.wraps.values() for wrap in wraps}
+    _require(used, surfaces, f"{place}/{PATH_WRAPS}, column wrap_object", WRAP_OBJECTS)
     children = Counter(joint.child for joint in tables.joints.values())
     for segment in tables.segments:
         if children[segment] != 1:

@@ -16,18 +16,22 @@ import numpy as np
 
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack, unpack
+from scapulohumeral.dynamics.participant_parameters import forearm_parameters
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.authors_thorax import (
+    CONTACT_POINTS_M,
+    THORAX_CENTRE_M,
+    THORAX_RADII_M,
+)
+from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import euler_to_quaternion, quaternion_to_matrix
 from scapulohumeral.ocp.problem import Bounds
 
 # Springs (Python/equations.py): exponential, in calibration, validation and prediction; torque of
 # SC, AC and GH [N m], rest poses [deg] as Y-Z-X angles, that of GH the axes of the scapula; damping
-# of all joints [N m s/rad].
-# ASSUME their elbow spring is ours toward 80 deg: its torque is small against gravity, and the
-# elbow is tracked.
+# of all joints [N m s/rad]. The elbow has no spring.
 SPRING_TORQUE_NM = (1.0, 1.0, 0.25, 0.0)
 SPRING_REST_DEG = {"SC": (-21.5, 5.0, 0.3), "AC": (52.6, 7.0, 1.0), "GH": (0.0, 0.0, 0.0)}
-ELBOW_REST_DEG = 80.0
 DAMPING_NMS_PER_RAD = 0.5
 # Conoid ligament (das3_readosim.m of 98b9480): stiffness [N/m], slack length [m], smoothing, which
 # their law k/2 (d + sqrt(d^2 + eps)) does not square [m^2], and insertion [m]: beside the origin of
@@ -36,16 +40,6 @@ CONOID_STIFFNESS_N_PER_M = 1000.0
 CONOID_LENGTH_M = 0.017
 CONOID_EPS_M2 = 1e-3
 CONOID_INSERTION_M = (-0.0094, -0.0176, -0.0312)
-# Contact (scaled_par2.xml of 98b9480, as das3_readosim.m reads it) [m]: the ellipsoid is wrap
-# object thoracic_wall, the points are the skin markers TS and AI, 25 mm behind those of DAS3. On
-# this surface the lower angle of the published scapulae glides within 1 mm; the recorded scapulae
-# are deep inside.
-THORAX_CENTRE_M = (0.0, -0.1347, 0.0550)
-THORAX_RADII_M = (0.1380, 0.2074, 0.1046)
-CONTACT_POINTS_M = {
-    "contact_TS": (-0.1036, -0.0134, 0.0281),
-    "contact_AI": (-0.1063, -0.1254, 0.0277),
-}
 # Least share of their force that lost muscles keep (56eeedd): none would divide by zero.
 LEAST_FORCE = 1e-6
 SCALAR_PARTS = [0, 4, 8]
@@ -58,8 +52,12 @@ class ProblemChoices:
     Attributes
     ----------
     arm : "own" (humerus and elbow as tracked) or "published" (those of the published composite)
-    springs : "own" springs of the model, or "exponential" ones of all joints, with their rest pose
-        and damping
+    springs : "own" springs of the model, or "exponential" ones of all joints but the elbow, with
+        their rest pose and damping
+    forearm : how radius and hand lie as masses: "turned" by the locked pronation, or "unturned" in
+        the axes of the ulna
+    humerus_centre_m : distance of the humerus' mass centre from its head along the bone [m]; None:
+        as scaled
     capsule_Nm : torque of the exponential spring of the model's glenohumeral joint at 0.6 rad;
         None: that of the model
     conoid : "stiff" at the recorded length, or "soft"
@@ -68,8 +66,8 @@ class ProblemChoices:
     strength_exponent : power of strength in squared activations [1]; None: as configured
     reaction_rate : weight of squared rates of the joint reaction [s/N^2]; None: as configured
     largest_compression_N : bound of the lateral reaction, which then may not pull; None: neither
-    clavicle_anchor : weight of the clavicle's distance from its recorded orientation at the start,
-        at the first and the last node [1/s]
+    clavicle_anchor : weight of the sum of the clavicle's quaternion components, less that of its
+        recorded orientation at the start, at the first and the last node [1/s]
     ends_at_rest : whether all speeds are zero at the first and the last node
     coordinate_margin : how far quaternion components may leave the range of the reference [1]
     lost_force : what limited muscles lose, "active" force or "whole"
@@ -78,6 +76,8 @@ class ProblemChoices:
 
     arm: str = "own"
     springs: str = "own"
+    forearm: str = "turned"
+    humerus_centre_m: float | None = None
     capsule_Nm: float | None = None
     conoid: str = "stiff"
     contact: str = "fitted"
@@ -96,6 +96,7 @@ class ProblemChoices:
         words = {
             "arm": ("own", "published"),
             "springs": ("own", "exponential"),
+            "forearm": ("turned", "unturned"),
             "conoid": ("stiff", "soft"),
             "contact": ("fitted", "published", "none"),
             "lost_force": ("active", "whole"),
@@ -105,7 +106,13 @@ class ProblemChoices:
                 raise ConfigError(
                     f"choice {key}: {getattr(self, key)!r}; choose {' or '.join(allowed)}"
                 )
-        for key in ("capsule_Nm", "reaction_rate", "largest_compression_N", "coordinate_margin"):
+        for key in (
+            "humerus_centre_m",
+            "capsule_Nm",
+            "reaction_rate",
+            "largest_compression_N",
+            "coordinate_margin",
+        ):
             value = getattr(self, key)
             if value is not None and not value > 0:
                 raise ConfigError(f"choice {key}: {value}; expected a positive number")
@@ -120,15 +127,22 @@ class ProblemChoices:
             )
 
 
-def chosen_parameters(parameters: np.ndarray, choices: ProblemChoices) -> np.ndarray:
+def chosen_parameters(
+    parameters: np.ndarray, record: ModelRecord, choices: ProblemChoices
+) -> np.ndarray:
     """Run-time parameters (P,) of the study's model with the choices put on."""
     values: dict[str, object] = {name: block.copy() for name, block in unpack(parameters).items()}
+    if choices.forearm == "unturned":
+        values |= forearm_parameters(replace(record, pronation_rad=0.0))
+    if choices.humerus_centre_m is not None:
+        x, _, z = unpack(parameters)["com_humerus"]
+        values["com_humerus"] = [x, -choices.humerus_centre_m, z]
     if choices.capsule_Nm is not None:
         torque = unpack(parameters)["spring_torque"].copy()
         torque[BALL_JOINTS.index("GH")] = choices.capsule_Nm
         values["spring_torque"] = torque
     if choices.springs == "exponential":
-        values |= _exponential_springs(unpack(parameters)["joint_stiffness"])
+        values |= _exponential_springs()
     if choices.conoid == "soft":
         values |= {
             "conoid_stiffness": CONOID_STIFFNESS_N_PER_M,
@@ -146,7 +160,7 @@ def chosen_parameters(parameters: np.ndarray, choices: ProblemChoices) -> np.nda
     return pack(values)
 
 
-def _exponential_springs(stiffness: np.ndarray) -> Mapping[str, object]:
+def _exponential_springs() -> Mapping[str, object]:
     rest = {
         f"rest_{joint}": quaternion_to_matrix(
             euler_to_quaternion(np.deg2rad(SPRING_REST_DEG[joint]), "YZX")
@@ -154,10 +168,9 @@ def _exponential_springs(stiffness: np.ndarray) -> Mapping[str, object]:
         for joint in BALL_JOINTS
     }
     return {
-        "joint_stiffness": [0.0, 0.0, 0.0, stiffness[3]],
+        "joint_stiffness": [0.0] * 4,
         "spring_torque": SPRING_TORQUE_NM,
         "joint_damping": [DAMPING_NMS_PER_RAD] * 4,
-        "rest_EL": np.deg2rad(ELBOW_REST_DEG),
         **rest,
     }
 

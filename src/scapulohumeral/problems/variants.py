@@ -13,6 +13,8 @@ from typing import Any
 from scapulohumeral.errors import ConfigError
 
 STUDY = "study"
+# What of a model the muscle paths depend on.
+PATH_CHOICES = ("serratus_path", "paths")
 
 
 @dataclass(frozen=True)
@@ -91,15 +93,16 @@ def choices_of(configured: Mapping[str, str], name: str) -> dict[str, str]:
 
 
 def geometry_name(configured: Mapping[str, str], variant: Variant) -> str | None:
-    """Name of the model whose muscle paths a variant has: the study's, but for one surface.
+    """Name of the model whose muscle paths a variant has: the study's, but for its paths.
 
-    That is the one under serratus anterior. None where the paths are the study's own; on the
-    published arm they never are, because that arm goes where the recorded one does not.
+    None where the paths are the study's own; on the published arm they never are, because that arm
+    goes where the recorded one does not.
     """
-    path = {**configured, **variant.model}["serratus_path"]
-    if path == configured["serratus_path"] and variant.problem.get("arm") != "published":
-        return None
-    return "-".join({**configured, "serratus_path": path}.values())
+    changes = {key: variant.model[key] for key in PATH_CHOICES if key in variant.model}
+    name = model_name(configured, changes)
+    if name is None and variant.problem.get("arm") == "published":
+        return "-".join(configured.values())
+    return name
 
 
 def predicted(

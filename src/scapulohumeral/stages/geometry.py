@@ -17,6 +17,7 @@ from scapulohumeral.dynamics.formulation import get_formulation
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.muscle_paths.authors_fit import fit_paths
 from scapulohumeral.model.muscle_paths.fit import (
     FitSamples,
     FitSettings,
@@ -61,10 +62,12 @@ def fit_muscle_geometry(
     samples : Path                   what rule sample_muscle_geometry wrote for this formulation
     model : Path                     model record, "model/1"
     formulation : str                "quaternion" or "euler"
-    settings : FitSettings
+    settings : FitSettings           the study's own; the authors' paths have theirs
     """
-    record = read_record(model)
-    return fit_geometry(record, read_samples(samples, formulation).fit, settings)
+    record, fitted = read_record(model), read_samples(samples, formulation).fit
+    if record.choices.paths == "published":
+        return fit_paths(record, fitted)
+    return fit_geometry(record, fitted, settings)
 
 
 def read_samples(path: Path, formulation: str) -> SampledGeometry:

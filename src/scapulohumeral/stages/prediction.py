@@ -174,7 +174,7 @@ class _Scene:
         settings = replace(self.settings.solve, weights=weights)
         posed = pose(self.model, limited, target, settings, self.hand_load_kg)
         free = with_capsule(posed.parameters, self.model.record)
-        parameters = chosen_parameters(free, choices)
+        parameters = chosen_parameters(free, self.model.record, choices)
         stiffness = condition.girdle_stiffness_Nm_per_rad
         if stiffness is not None:
             parameters = stiffen_girdle(parameters, stiffness)
@@ -304,7 +304,7 @@ def _composite(
     start = initial_guess.from_motion(
         model.forces,
         muscles,
-        chosen_parameters(model.free_parameters(), settings.choices),
+        chosen_parameters(model.free_parameters(), model.record, settings.choices),
         pose_to_trial(reference),
         step,
     )

@@ -411,6 +411,7 @@ def test_published_fibres_are_the_printed_ones_of_par2(participant):
         "rhomboid_5": 0.1390,
         "ter_min_2": 0.0584,
         "bic_l": 0.1231,
+        "bic_b_1": 0.1209,
         "lev_scap_1": 0.1397,
         "trap_scap_6": 0.0791,
     }
@@ -419,6 +420,29 @@ def test_published_fibres_are_the_printed_ones_of_par2(participant):
         muscle = model.getMuscles().get(name)
         assert muscle.getOptimalFiberLength() == pytest.approx(length, abs=1.1e-4), name
     assert model.getMuscles().get("bic_l").getMaxIsometricForce() == 47.0
+
+
+def test_published_paths_are_those_of_the_scaled_model_of_par2(participant):
+    # From scaled_par2.xml of the published simulations [m].
+    choices = ModelChoices(paths="published", serratus_path="as_scaled")
+    model = om.participant_model(TABLES, participant, choices)
+    record = om.model_record(model, participant, TABLES, choices)
+    muscles = {muscle.name: muscle for muscle in record.muscles}
+    origin = muscles["delt_clav_1"].points[0].location_m
+    np.testing.assert_allclose(origin, [0.133, 0.0, -0.02], atol=1e-8)
+    end = muscles["trap_clav_2"].points[1].location_m
+    np.testing.assert_allclose(end, [0.12082344, 0.0, 0.0], atol=1e-8)
+    insertion = muscles["infra_5"].points[1].location_m
+    np.testing.assert_allclose(insertion, [0.01536032, 0.01474006, 0.01], atol=1e-8)
+    assert muscles["infra_1"].wraps == ("ter_min_cyl",)
+    surface = next(w for w in record.wrap_objects if w.name == "ter_min_cyl")
+    np.testing.assert_allclose(surface.dimensions_m, [0.01590422, 0.18602814], atol=1e-8)
+    untouched = om.participant_model(TABLES, participant, ModelChoices(serratus_path="as_scaled"))
+    names = ["supra_1", "serr_ant_3"]
+    pose = np.zeros((1, 10))
+    np.testing.assert_array_equal(
+        sampling.muscle_lengths(model, pose, names), sampling.muscle_lengths(untouched, pose, names)
+    )
 
 
 def test_serratus_path_as_scaled_keeps_the_surface(participant):

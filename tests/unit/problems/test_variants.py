@@ -6,19 +6,23 @@ import numpy as np
 import pytest
 from arm import parameters
 from places import REPOSITORY
+from skeleton import skeleton_record
 from small_arm import small_muscles
 
 from scapulohumeral.dynamics.parameters import pack, unpack
+from scapulohumeral.dynamics.participant_parameters import forearm
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.authors_thorax import (
+    CONTACT_POINTS_M,
+    THORAX_CENTRE_M,
+    THORAX_RADII_M,
+)
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import (
-    CONTACT_POINTS_M,
-    THORAX_CENTRE_M,
-    THORAX_RADII_M,
     ProblemChoices,
     chosen_bounds,
     chosen_parameters,
@@ -43,6 +47,9 @@ LADDER = {
     "alone": ["masses"],
     "steps": {"ligament": ["conoid"], "masses": ["masses"], "stops": ["stops"]},
 }
+
+
+RECORD = skeleton_record()
 
 
 def section(**changes):
@@ -89,6 +96,9 @@ def test_variant_has_paths_of_its_own_for_another_surface_or_the_published_arm()
     )
     scaled = replace(heavy, model={"serratus_path": "as_scaled", "masses": "divided"})
     assert geometry_name(configured, scaled) == "published-as_scaled"
+    configured["paths"] = "das3"
+    edited = replace(heavy, model={"paths": "published", "masses": "divided"})
+    assert geometry_name(configured, edited) == "published-flattened-published"
 
 
 def test_only_participants_of_the_study_are_predicted():
@@ -99,7 +109,7 @@ def test_only_participants_of_the_study_are_predicted():
 
 def test_the_studys_own_choices_change_no_parameter():
     own = pack(parameters())
-    np.testing.assert_array_equal(chosen_parameters(own, ProblemChoices()), own)
+    np.testing.assert_array_equal(chosen_parameters(own, RECORD, ProblemChoices()), own)
 
 
 @pytest.mark.parametrize(
@@ -112,12 +122,13 @@ def test_the_studys_own_choices_change_no_parameter():
             {"contact": "published"},
             {"thorax_centre", "thorax_radii", "contact_TS", "contact_AI"},
         ),
+        ({"humerus_centre_m": 0.2}, {"com_humerus"}),
         ({"capsule_Nm": 0.5}, {"spring_torque"}),
     ],
 )
 def test_a_choice_changes_its_own_parameters_only(choices, blocks):
     before = unpack(pack(parameters(conoid_stiffness=8e4, stop_stiffness=5e3)))
-    after = unpack(chosen_parameters(pack(before), ProblemChoices(**choices)))
+    after = unpack(chosen_parameters(pack(before), RECORD, ProblemChoices(**choices)))
     changed = {name for name in before if not np.array_equal(before[name], after[name])}
     assert changed == blocks
 
@@ -145,10 +156,24 @@ def test_published_scapulae_glide_on_the_published_thorax(condition):
 
 
 def test_exponential_springs_replace_linear_ones():
-    after = unpack(chosen_parameters(pack(parameters()), ProblemChoices(springs="exponential")))
-    np.testing.assert_array_equal(after["joint_stiffness"][:3], 0.0)
+    choices = ProblemChoices(springs="exponential")
+    after = unpack(chosen_parameters(pack(parameters()), RECORD, choices))
+    np.testing.assert_array_equal(after["joint_stiffness"], 0.0)
     np.testing.assert_array_equal(after["spring_torque"], [1.0, 1.0, 0.25, 0.0])
     np.testing.assert_allclose(after["rest_GH"].reshape(3, 3), np.eye(3), atol=1e-15)
+
+
+def test_unturned_forearm_is_that_of_no_pronation():
+    hand = replace(RECORD.segments["hand_r"], com_m=(0.03, -0.08, 0.0))
+    turned = replace(RECORD, pronation_rad=2.0, segments={**RECORD.segments, "hand_r": hand})
+    choices = ProblemChoices(forearm="unturned")
+    after = unpack(chosen_parameters(pack(parameters()), turned, choices))
+    mass, com, inertia, hand = forearm(replace(turned, pronation_rad=0.0))
+    np.testing.assert_allclose(after["mass_forearm"], mass)
+    np.testing.assert_allclose(after["com_forearm"], com)
+    np.testing.assert_allclose(after["inertia_forearm"], inertia)
+    np.testing.assert_allclose(after["com_load"], hand)
+    assert not np.allclose(com, forearm(turned)[1])
 
 
 def test_bounds_are_those_of_the_reference():

@@ -357,7 +357,7 @@ def fit_geometry(record: ModelRecord, samples: FitSamples, settings: FitSettings
         terms.append((members, columns, selection.coefficients, directions))
         condition[members], left_out[members] = selection.condition, np.count_nonzero(~keep)
         squared[members] = group.squared
-    geometry = _assemble(record, squared, np.array(list(index)), terms)
+    geometry = assemble(record, squared, np.array(list(index)), terms)
     return MuscleFit(geometry, condition, left_out)
 
 
@@ -384,14 +384,29 @@ def _make_group(samples: FitSamples, joints: tuple[str, ...], members: Array) ->
     )
 
 
-def _assemble(record: ModelRecord, squared: np.ndarray, exponents: Array, terms) -> MuscleGeometry:
+def assemble(
+    record: ModelRecord,
+    squared: np.ndarray,
+    exponents: np.ndarray,
+    terms: Sequence[tuple[np.ndarray, ...]],
+) -> MuscleGeometry:
+    """Geometry of fitted muscles and exact ones.
+
+    Parameters
+    ----------
+    squared : (M,) whether the square of a length is the polynomial
+    exponents : (Fm, V) of all monomials
+    terms : of each group its members (G,), their monomials (n,), coefficients of lengths (n, G) and
+        of pulls (n, G, 3); who is in no group is exact
+    """
     muscles, size = record.muscles, len(exponents)
     length = np.zeros((len(muscles), size + ROTATION_FEATURES))
     translation = np.zeros((3, *length.shape))
     for members, columns, coefficients, directions in terms:
         length[np.ix_(members, columns)] = coefficients.T
-        translation[np.ix_(range(3), members, columns)] = directions.transpose(2, 1, 0)
-    for m in (m for m, muscle in enumerate(muscles) if is_straight(muscle)):
+        translation[np.ix_(np.arange(3), members, columns)] = directions.transpose(2, 1, 0)
+    fitted = {m for members, *_ in terms for m in members.tolist()}
+    for m in (m for m in range(len(muscles)) if m not in fitted):
         square, arms = straight_coefficients(record, muscles[m])
         length[m, 0], length[m, size:] = square[0], square[1:]
         translation[:, m, 0], translation[:, m, size:] = arms[:, 0], arms[:, 1:]

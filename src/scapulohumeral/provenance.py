@@ -122,6 +122,11 @@ def input_hash(paths: Iterable[Path | str]) -> str:
     return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
 
 
+def files_below(folder: Path) -> list[Path]:
+    """All files of a folder and of those in it, in the order of their paths."""
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
 def last_commit(path: Path) -> str:
     """Short hash and date of the commit that last changed a file, or why there is none."""
     command = ["git", "log", "-1", "--format=%h of %cs", "--", path.name]

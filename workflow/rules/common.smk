@@ -26,7 +26,7 @@ wildcard_constraints:
 
 PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
-MODEL_TABLES = sorted(str(path) for path in Path("config/model").glob("*"))
+MODEL_TABLES = list(map(str, provenance.files_below(Path("config/model"))))
 MUSCLES = ("generic", "calibrated")
 # The condition of static postures and of daily tasks.
 HEALTHY = "healthy"

@@ -94,6 +94,15 @@ def test_input_hash_follows_content_and_name_but_not_order(tmp_path: Path) -> No
     )
 
 
+def test_files_of_folders_inside_count_and_folders_do_not(tmp_path: Path) -> None:
+    (tmp_path / "paths").mkdir()
+    for name in ("paths/b.csv", "a.csv"):
+        (tmp_path / name).write_text("x", encoding="utf-8")
+    found = provenance.files_below(tmp_path)
+    assert found == [tmp_path / "a.csv", tmp_path / "paths/b.csv"]
+    assert provenance.input_hash(found) != provenance.input_hash(found[:1])
+
+
 def test_environment_names_the_solver_and_python() -> None:
     versions = provenance.environment_versions()
     assert {"python", "machine", "casadi", "cyipopt"} <= versions.keys()

@@ -29,6 +29,7 @@ from scapulohumeral.gap.benchmark.score_card import REGISTERED, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code
+from scapulohumeral.provenance import files_below
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
@@ -186,7 +187,7 @@ def opened_cases(files: BlindFiles, keys: Path) -> list[ScoredCase]:
 def folder_hash(folder: Path) -> str:
     """SHA-256 over names and contents of all files below a folder."""
     digest = hashlib.sha256()
-    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+    for path in files_below(folder):
         content = path.read_bytes()
         digest.update(f"{path.relative_to(folder).as_posix()}:{len(content)}:".encode())
         digest.update(content)

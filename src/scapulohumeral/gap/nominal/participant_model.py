@@ -244,7 +244,7 @@ def _hash(texts: Mapping[str, str], settings: ModelSettings, modules: Sequence[s
     digest = hashlib.sha256()
     for module in modules:
         digest.update(provenance.code_hash(module).encode())
-    digest.update(provenance.input_hash(settings.tables.iterdir()).encode())
+    digest.update(provenance.input_hash(provenance.files_below(settings.tables)).encode())
     for name, text in sorted(texts.items()):
         # The folder of the tables differs between checkouts; their content is hashed above.
         text = text.replace(str(settings.tables.resolve()), "")

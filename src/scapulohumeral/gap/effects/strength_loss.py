@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from scapulohumeral.gap.effects.base import KINEMATICS, Effect, Param, Setup
-from scapulohumeral.gap.effects.body import ALL, CUFF, Body
+from scapulohumeral.gap.effects.body import ALL, CUFF, OF_CUFF, Body
 from scapulohumeral.model.rotations import Array
 
 PARAMS = (
@@ -69,12 +69,13 @@ class StrengthLoss(Effect):
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
-    """Every group, the torn cuff, and all together."""
+    """Every group, the torn cuff of arms that have one, and all together."""
+    torn = (CUFF,) if set(OF_CUFF) <= set(setup.groups) else ()
     return tuple(
         StrengthLoss(
             "body", "strength_loss", name, PARAMS, KINEMATICS,
             ("emg_gain", "pain_inhibition", "fibre_length", "fatigue"),
             "maximal torque test; measured joint force; a trial near maximal effort",
         )
-        for name in (*setup.groups, CUFF, ALL)
+        for name in (*setup.groups, *torn, ALL)
     )  # fmt: skip

@@ -212,6 +212,15 @@ def test_derivatives_agree_with_solving_again(solved, label, column, monkeypatch
             assert np.linalg.norm(slope[:, k] - expected[:, k]) < 0.05 * weight
 
 
+def test_a_torn_cuff_weakens_supraspinatus_and_infraspinatus_alike():
+    whole = replace(SETUP, groups=("supra", "infra", "biceps"))
+    [torn] = [e for e in library(whole) if e.label == "body/strength_loss/cuff"]
+    body = replace(small_body(), groups=np.array(whole.groups))
+    left = torn.apply(body, np.array([0.4, 1.0])).muscles.max_isometric_force
+    assert left / body.muscles.max_isometric_force == pytest.approx([0.4, 0.4, 1.0])
+    assert "body/strength_loss/cuff" not in BY_LABEL
+
+
 @pytest.mark.parametrize("left", [0.2, 0.7])
 def test_fibres_that_are_gone_neither_pull_nor_cost_nor_show(left):
     """As if a share of equal fibres had gone and the others were active by 0.8."""

@@ -47,6 +47,13 @@ def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str
         assert rule in result.stdout
 
 
+@pytest.mark.parametrize("table", ["ladder", "tried", "sensitivity", "static_postures", "recovery"])
+def test_tables_beside_the_study_have_rules_for_all_their_files(snakemake: Run, table: str) -> None:
+    """Also where the name of a model, made of what it is chosen by, holds a digit."""
+    result = snakemake("--dry-run", "--workflow-profile", "workflow/profiles/default", table)
+    assert result.returncode == 0, result.stdout
+
+
 def test_participants_may_be_anywhere(repository: Path, tmp_path: Path) -> None:
     """A folder elsewhere, a trial of another name, and nothing of the repository changed."""
     published = repository / "config" / "participants" / "par2"

@@ -20,7 +20,7 @@ wildcard_constraints:
     muscles="generic|calibrated",
     variant="[a-z][a-z0-9_]*",
     case="[a-z][a-z0-9_]*",
-    model="[a-z_]+(-[a-z_]+)+",
+    model="[a-z0-9_]+(-[a-z0-9_]+)+",
     formulation="quaternion|euler",
 
 

@@ -135,7 +135,7 @@ def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weigh
 
     Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
     in it. Causes then stay as probable as before any data. `excess` is how many times as much as
-    assumed the best explanation leaves (`judgement.misfit`): evidence counts by so much less.
+    assumed the likeliest explanation leaves (`misfit.misfit`): evidence counts by so much less.
     """
     believed = weighing.misled if present or told else 1.0
     evidence, held_out = weighing.evidence / excess, weighing.held_out / excess

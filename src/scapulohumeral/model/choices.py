@@ -27,7 +27,8 @@ class ModelChoices:
     Attributes
     ----------
     masses : "published" as in the scaled models, "divided" by the 1.4 that the authors' program ran
-        with, or "anthropometric" fractions of body mass for arm and girdle
+        with, or "anthropometric" fractions of body mass for arm and girdle, with the mass centre
+        and inertia of an upper arm
     serratus_path : over a thorax surface "flattened" until the attachments stay outside,
         "flattened_rescaled" with slack and optimal lengths that follow the shorter path, or
         "as_scaled", where poses with an attachment inside the surface are left out of the fit

@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import ConfigDict, Field, Strict, TypeAdapter
 
 from scapulohumeral.documents import read_mapping, typed
@@ -130,6 +132,22 @@ class Forearm(Closed):
 
 
 @dataclass(frozen=True)
+class UpperArm:
+    """How the mass of an upper arm is distributed, over its length [1].
+
+    Attributes
+    ----------
+    centre : distance of the mass centre from the shoulder's joint centre
+    radius_across : radius of gyration about an axis across the arm, mean square of both
+    radius_along : radius of gyration about the arm's own axis
+    """
+
+    centre: float
+    radius_across: float
+    radius_along: float
+
+
+@dataclass(frozen=True)
 class Anthropometry(Closed):
     """Masses of arm segments over that of the body (de Leva 1996), and a mean body mass."""
 
@@ -139,6 +157,14 @@ class Anthropometry(Closed):
     female_upper_arm: Real
     female_forearm: Real
     female_hand: Real
+    male_upper_arm_centre: Real
+    male_upper_arm_sagittal_radius: Real
+    male_upper_arm_transverse_radius: Real
+    male_upper_arm_longitudinal_radius: Real
+    female_upper_arm_centre: Real
+    female_upper_arm_sagittal_radius: Real
+    female_upper_arm_transverse_radius: Real
+    female_upper_arm_longitudinal_radius: Real
     mean_body_mass_kg: Real
 
     def share(self, part: str, sex: str | None) -> float:
@@ -155,8 +181,20 @@ class Anthropometry(Closed):
                 "hand": self.female_hand,
             },
         }
-        sexes = (sex,) if sex else tuple(by_sex)
-        return sum(by_sex[one][part] for one in sexes) / len(sexes)
+        return fmean(by_sex[one][part] for one in _sexes(sex))
+
+    def upper_arm(self, sex: str | None) -> UpperArm:
+        """How the mass of the upper arm is distributed; unknown sex: mean of both."""
+        values = {
+            name: fmean(getattr(self, f"{one}_upper_arm_{name}") for one in _sexes(sex))
+            for name in ("centre", "sagittal_radius", "transverse_radius", "longitudinal_radius")
+        }
+        across = np.hypot(values["sagittal_radius"], values["transverse_radius"]) / np.sqrt(2.0)
+        return UpperArm(values["centre"], float(across), values["longitudinal_radius"])
+
+
+def _sexes(sex: str | None) -> tuple[str, ...]:
+    return (sex,) if sex else ("male", "female")
 
 
 @dataclass(frozen=True)

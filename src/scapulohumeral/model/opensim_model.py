@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.choices import ModelChoices
-from scapulohumeral.model.constants import ConoidLigament, WrapClearance
+from scapulohumeral.model.constants import ConoidLigament, UpperArm, WrapClearance
 from scapulohumeral.model.girdle_range import girdle_range, resting
 from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
 from scapulohumeral.model.muscle_paths.pose_region import recorded_angles, recorded_poses
@@ -261,9 +261,10 @@ def scale_model(model: opensim.Model, participant: Participant) -> None:
 def set_anthropometric_masses(
     model: opensim.Model, participant: Participant, tables: ModelTables
 ) -> None:
-    """Replace the masses of the arm by fractions of body mass; inertia follows in proportion.
+    """Replace the masses of the arm by fractions of body mass, and where the upper arm has its own.
 
-    Source: de Leva 1996, table 4. Unknown sex: mean of both. Unknown body mass: `body_mass`.
+    The upper arm gets its mass centre and its inertia; inertia of the other segments follows their
+    mass. Source: de Leva 1996, table 4. Unknown sex: mean of both. Unknown body mass: `body_mass`.
     """
     mass, _ = body_mass(participant, tables)
     bodies = model.updBodySet()
@@ -272,6 +273,20 @@ def set_anthropometric_masses(
         ratio = target / sum(bodies.get(segment).getMass() for segment in segments)
         for segment in (*segments, *followers):
             bodies.get(segment).scaleMass(float(ratio))
+    _distribute_upper_arm(model, tables.constants.anthropometry.upper_arm(participant.sex))
+
+
+def _distribute_upper_arm(model: opensim.Model, upper_arm: UpperArm) -> None:
+    """Mass centre and inertia of the humerus, by its length from the head to the elbow's centre."""
+    humerus = model.updBodySet().get("humerus_r")
+    elbow = np.array(_tuple3(model.getJointSet().get("hu").get_frames(0).get_translation()))
+    length = np.linalg.norm(elbow)
+    axis = elbow / length
+    along = np.outer(axis, axis)
+    squared = upper_arm.radius_across**2 * (np.eye(3) - along) + upper_arm.radius_along**2 * along
+    inertia = humerus.getMass() * length**2 * squared
+    humerus.setMassCenter(_vec3((upper_arm.centre * elbow).tolist()))
+    humerus.setInertia(opensim.Inertia(*np.diag(inertia), *inertia[np.triu_indices(3, 1)]))
 
 
 def divide_masses(model: opensim.Model, divisor: float) -> None:

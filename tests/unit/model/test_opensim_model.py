@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from places import REPOSITORY
 
+from scapulohumeral.dynamics.participant_parameters import forearm
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model.choices import ModelChoices
@@ -141,6 +142,36 @@ def test_anthropometric_arm_is_a_fraction_of_body_mass(participant):
     published = PUBLISHED[PUBLISHED.participant == "par2"].set_index("segment").mass_kg
     ratio = masses["scapula_r"] / masses["humerus_r"]
     assert ratio == pytest.approx(published["scapula_r"] / published["humerus_r"])
+
+
+def test_anthropometric_arm_has_its_mass_where_de_leva_has_it(participant):
+    choices = ModelChoices(masses="anthropometric")
+    model = om.participant_model(TABLES, participant, choices)
+    record = om.model_record(model, participant, TABLES, choices)
+    humerus, elbow = record.segments["humerus_r"], np.array(record.joints["hu"].location_m)
+    length = np.linalg.norm(elbow)
+    np.testing.assert_allclose(humerus.com_m, (0.5772 + 0.5754) / 2 * elbow)
+    xx, yy, zz, xy, xz, yz = humerus.inertia_kgm2
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    moments = np.linalg.eigvalsh(inertia) / (humerus.mass_kg * length**2)
+    # Radii of gyration of women and men: sagittal, transverse and longitudinal.
+    across = np.mean(np.square([(0.285 + 0.278) / 2, (0.269 + 0.260) / 2]))
+    np.testing.assert_allclose(moments, [((0.158 + 0.148) / 2) ** 2, across, across])
+    np.testing.assert_allclose(inertia @ elbow, moments[0] * humerus.mass_kg * length**2 * elbow)
+
+
+def test_das3_forearm_and_hand_pull_at_the_elbow_as_de_leva_has_it(participant):
+    choices = ModelChoices(masses="anthropometric")
+    model = om.participant_model(TABLES, participant, choices)
+    record = om.model_record(model, participant, TABLES, choices)
+    mass, centre, _, _ = forearm(record)
+    wrist = -record.joints["rc"].location_m[1] - record.joints["ur"].location_m[1]
+    # The hand's length ends at the third metacarpal: 86.2 mm of men, 78 mm of women.
+    hand = wrist + (0.79 * 0.0862 + 0.7474 * 0.0780) / 2
+    expected = 83.0 * (
+        (0.0162 + 0.0138) / 2 * (0.4574 + 0.4559) / 2 * wrist + (0.0061 + 0.0056) / 2 * hand
+    )
+    assert mass * np.linalg.norm(centre) == pytest.approx(expected, rel=0.01)
 
 
 def test_record_is_plain_and_complete(record, tmp_path):

@@ -104,6 +104,8 @@ use rule solve_prediction as predict_task with:
         "results/benchmarks/predict_task/{participant}_{trial}_{condition}.jsonl"
     wildcard_constraints:
         condition=HEALTHY,
+    params:
+        time_step_s=lookup(within=config, dpath="prediction/task_time_step_s"),
     message:
         "Prediction: participant {wildcards.participant}, {wildcards.condition}, {wildcards.trial}"
 

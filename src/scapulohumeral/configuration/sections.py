@@ -285,6 +285,9 @@ class Prediction(Section):
         key("Daily tasks whose arm the healthy shoulder follows [no unit]."),
         Once,
     ]
+    task_time_step_s: Annotated[
+        Real, key("Length of one mesh interval of a predicted daily task [s].", ge=0.005, le=0.2)
+    ]
     generic_muscles: Annotated[
         list[FolderName],
         key("Participants predicted with generic muscles, whatever conditions say [no unit]."),

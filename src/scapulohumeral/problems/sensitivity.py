@@ -7,26 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from scapulohumeral.configuration.sensitivity import Sensitivity
-from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.rotations import (
-    Array,
-    girdle_turned,
-    pose_to_trial,
-)
+from scapulohumeral.model.rotations import girdle_turned
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.problems.solution_mesh import on_mesh, with_pose
 
 BASE = "base"
 STABILITY = "w_gh"
 # Activations of a random start: from hardly any to half of all.
 RANDOM_ACTIVATION = (0.01, 0.5)
-# Below this share of an interval a number of intervals counts as whole.
-WHOLE_INTERVALS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -93,43 +85,7 @@ def changed_tracking(tracked: Solution, case: Case, random_turn_deg: float) -> S
     if case.seed is not None:
         return _random(tracked, case.seed, random_turn_deg)
     turn = np.array([0.0, 0.0, np.deg2rad(case.scapula_turn_deg)])
-    return _with_pose(tracked, girdle_turned(tracked.pose, np.zeros(3), turn))
-
-
-def on_mesh(tracked: Solution, time_step_s: float) -> Solution:
-    """A quaternion solution on another mesh of the same duration, without its multipliers.
-
-    Raises
-    ------
-    ConfigError                      a mesh that does not end where the motion ends
-    """
-    duration = tracked.time_s[-1] - tracked.time_s[0]
-    intervals = round(duration / time_step_s)
-    if abs(duration / time_step_s - intervals) > WHOLE_INTERVALS * intervals:
-        raise ConfigError(
-            f"mesh interval {time_step_s:g} s: expected one that divides {duration:g} s, the time "
-            f"of {tracked.header['trial']}. Choose the configured one divided by a whole number"
-        )
-    time = tracked.time_s[0] + time_step_s * np.arange(intervals + 1)
-
-    def smooth(values: Array) -> Array:
-        return CubicSpline(tracked.time_s, values, axis=0)(time)
-
-    def straight(values: Array) -> Array:
-        columns = [np.interp(time, tracked.time_s, column) for column in values.T]
-        return np.stack(columns, axis=1)
-
-    straights = ("activation", "excitation", "muscle_force_N", "fibre_length", "reaction_N")
-    kinked: dict[str, Any] = {name: straight(getattr(tracked, name)) for name in straights}
-    finer = replace(
-        tracked,
-        time_s=time,
-        u=smooth(tracked.u),
-        reference_rad=smooth(np.unwrap(tracked.reference_rad, axis=0)),
-        reference_pose=_normalised(smooth(tracked.reference_pose)),
-        **kinked,
-    )
-    return _with_pose(finer, _normalised(smooth(tracked.q)))
+    return with_pose(tracked, girdle_turned(tracked.pose, np.zeros(3), turn))
 
 
 def _random(tracked: Solution, seed: int, turn_deg: float) -> Solution:
@@ -139,28 +95,5 @@ def _random(tracked: Solution, seed: int, turn_deg: float) -> Solution:
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     turns = np.deg2rad(turn_deg) * rng.uniform(size=(2, 1)) * axes
     effort = np.tile(rng.uniform(*RANDOM_ACTIVATION, len(tracked.muscles)), (len(tracked.q), 1))
-    turned = _with_pose(tracked, girdle_turned(tracked.pose, *turns))
+    turned = with_pose(tracked, girdle_turned(tracked.pose, *turns))
     return replace(turned, activation=effort, excitation=effort)
-
-
-def _with_pose(tracked: Solution, pose: Array) -> Solution:
-    """A solution in another pose; as a start it has no multipliers."""
-    none = np.zeros(0)
-    return replace(
-        tracked,
-        q=pose,
-        pose=pose,
-        angles_rad=pose_to_trial(pose),
-        free=none,
-        multipliers=none,
-        lower=none,
-        upper=none,
-    )
-
-
-def _normalised(pose: Array) -> Array:
-    """Poses (N, 13) whose quaternions have unit norm."""
-    unit = pose.copy()
-    for first in (0, 4, 8):
-        unit[:, first : first + 4] /= np.linalg.norm(pose[:, first : first + 4], axis=1)[:, None]
-    return unit

@@ -52,6 +52,7 @@ from scapulohumeral.problems.problem_choices import (
     chosen_parameters,
     without_force,
 )
+from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.stages.calibration import calibrated_muscles
 
 TRACKED = ("humerus", "elbow")
@@ -291,8 +292,8 @@ def _composite(
     settings: PredictionSettings,
 ) -> Composite:
     """The arm motion that is followed, and a start near it."""
-    motions = [read_solution(path) for path in files.tracked]
     step = settings.solve.time_step_s
+    motions = [on_mesh(read_solution(path), step) for path in files.tracked]
     if settings.choices.arm == "own":
         return compose(motions, step, settings.pause_s)
     if files.arm is None:

@@ -11,11 +11,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
 from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
@@ -64,10 +66,11 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
         row["hand_load_kg"] = one.summary["hand_load_kg"]
         if one.solved:
             pose = one.solution.pose
+            same = on_mesh(recorded, float(np.diff(one.solution.time_s).mean()))
             outside = outside_region(pose, fitted[one.names["participant"]], region)
             followed = asdict(task_distance(recorded.pose, recorded.reference_pose))
             row |= {f"{TRACKED}{column}": followed[column] for column in ANGLES}
-            row |= asdict(task_distance(pose, recorded.reference_pose)) | {
+            row |= asdict(task_distance(pose, same.reference_pose)) | {
                 CERTIFIED: one.summary["certificate"]["holds"],
                 OUTSIDE: float(outside.mean()),
                 STOP_MOMENT: one.summary[STOP_MOMENT],

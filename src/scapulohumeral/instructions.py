@@ -11,11 +11,11 @@ import ast
 import hashlib
 import platform
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from scapulohumeral.cached_file import cached_file
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.provenance import SOURCE_ROOT, absolute_origin, source_file, user_cache
 
@@ -82,15 +82,12 @@ def kept_instruction_hash(entries: Sequence[str], package: str, without: Sequenc
     digest = hashlib.sha256(asked.encode() + Path(__file__).read_bytes())
     for path in sorted((SOURCE_ROOT / package.replace(".", "/")).rglob("*.py")):
         digest.update(f"{path.relative_to(SOURCE_ROOT)}\n".encode() + path.read_bytes())
-    kept = user_cache() / "instructions" / digest.hexdigest()
-    if kept.is_file():
-        return kept.read_text(encoding="utf-8")
-    found = instruction_hash(entries, package, without=without)
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=kept.parent, delete=False) as unfinished:
-        unfinished.write(found)
-    Path(unfinished.name).replace(kept)
-    return found
+
+    def write(path: Path) -> None:
+        path.write_text(instruction_hash(entries, package, without=without), encoding="utf-8")
+
+    kept = cached_file(user_cache() / "instructions" / digest.hexdigest(), write)
+    return kept.read_text(encoding="utf-8")
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:

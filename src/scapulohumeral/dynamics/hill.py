@@ -200,9 +200,15 @@ def activation_rate(
 def excitation_change(
     rate: np.ndarray, activation: np.ndarray, muscles: MuscleParameters
 ) -> np.ndarray:
-    """How far an excitation lies above an activation (N, M) that changes at a rate [1/s].
+    """How far an excitation lies above an activation that changes at a rate: e - a, (N, M) [1].
 
-    The inverse of :func:`activation_rate`, by the root that is zero with the rate.
+    The inverse of :func:`activation_rate`, by the root that is zero with the rate. Where activation
+    falls faster than that function can, there is no root and what is given grows on with the rate.
+    Nothing keeps e within 0 to 1: that is left to who calls.
+
+    Parameters
+    ----------
+    rate : da/dt (N, M) [1/s]; activation : a (N, M) [1]
     """
     rise, fall = 1.0 / muscles.activation_time, 1.0 / muscles.deactivation_time
     constant = fall + (rise - fall) * activation

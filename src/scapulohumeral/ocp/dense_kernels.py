@@ -13,12 +13,12 @@ import functools
 import hashlib
 import platform
 import subprocess
-import tempfile
 from importlib import metadata
 from pathlib import Path
 
 import scipy
 
+from scapulohumeral.cached_file import cached_file
 from scapulohumeral.dynamics.native import find_compiler
 from scapulohumeral.provenance import user_cache
 
@@ -50,14 +50,10 @@ def _compiled(compiler: str, library: Path) -> Path:
     """The kernels as a library, kept for all processes of the user."""
     key = hashlib.sha256(SOURCE.read_bytes())
     key.update(f"{library}{metadata.version('scipy')}{platform.machine()}{OPTIONS}".encode())
-    cache = user_cache()
-    target = cache / f"dense_kernels_{key.hexdigest()[:16]}.so"
-    if not target.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as scratch:
-            unfinished = Path(scratch) / target.name
-            files = [str(SOURCE), str(library), "-o", str(unfinished)]
-            where = f"-Wl,-rpath,{library.parent}"
-            subprocess.run([compiler, *OPTIONS, *files, where], check=True)
-            unfinished.replace(target)
-    return target
+
+    def compile_to(path: Path) -> None:
+        files = [str(SOURCE), str(library), "-o", str(path)]
+        where = f"-Wl,-rpath,{library.parent}"
+        subprocess.run([compiler, *OPTIONS, *files, where], check=True)
+
+    return cached_file(user_cache() / f"dense_kernels_{key.hexdigest()[:16]}.so", compile_to)

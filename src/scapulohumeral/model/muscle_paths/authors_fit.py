@@ -14,6 +14,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from scapulohumeral.model.authors_thorax import (
     CONTACT_POINTS_M,
@@ -152,15 +153,28 @@ def _is_outside(record: ModelRecord, poses: Array) -> np.ndarray:
     return outside
 
 
-def _levels(record: ModelRecord, poses: Array, body: str, point, centre, radii) -> Array:
-    """Level-set values (P,) of an ellipsoid at a point of a body."""
+def _levels(
+    record: ModelRecord, poses: Array, body: str, point: ArrayLike, centre: Array, radii: Array
+) -> Array:
+    """Level-set values (P,) [1] of an ellipsoid of the thorax at a point of a body: 0 on it.
+
+    Parameters
+    ----------
+    poses : (P, 13); point : (3,) in the frame of the body [m]
+    centre, radii : (3,) of the ellipsoid, along the axes of the thorax [m]
+    """
     joints = {name: record.joints[name].location_m for name in ("sc1", "ac1", "gh1")}
     origin, axes = chain_frames(joints, poses)[body]
     return np.sum(((origin + axes @ np.array(point) - centre) / radii) ** 2, axis=1) - 1.0
 
 
 def fit_paths(record: ModelRecord, samples: FitSamples) -> MuscleFit:
-    """Geometry of all muscles of a participant's model record in quaternions."""
+    """Geometry of all muscles of a participant's model record in quaternions.
+
+    Parameters
+    ----------
+    samples : lengths and their gradients at P poses of :func:`draw_poses`
+    """
     index: dict[tuple[int, ...], int] = {(0,) * samples.variables.shape[1]: 0}
     exact = np.array([_is_exact(muscle) for muscle in record.muscles])
     terms, left_out = [], np.zeros(len(exact), dtype=int)
@@ -191,8 +205,8 @@ def _fit_muscle(
     for size in (np.abs(arms).max(axis=1), length):
         middle = np.median(size[keep])
         keep &= size < middle + SPREAD * np.median(np.abs(size[keep] - middle))
-    exponents = np.zeros((len(candidates := _candidates(len(columns))), samples.variables.shape[1]))
-    exponents = exponents.astype(int)
+    candidates = _candidates(len(columns))
+    exponents = np.zeros((len(candidates), samples.variables.shape[1]), dtype=int)
     exponents[:, columns] = candidates
     variables = samples.variables[keep] + 1e-6
     values = monomial_values(exponents, variables)

@@ -20,7 +20,7 @@ environment := .venv/complete
 study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
 
-.PHONY: help environment reproduce quick report gap real blind blind_small bench test lint unit format lock dag clean
+.PHONY: help environment reproduce quick report gap real blind blind_small blind_opensim bench test lint unit format lock dag clean
 
 help: ## List the commands
 	@awk -F ':.*## ' '/^[a-z_]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -54,6 +54,10 @@ blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagno
 blind_small: $(environment) ## The same with 20 cases, for a first look (half an hour)
 	$(study) results/gap/blind_small/scores.json
 	cp results/gap/blind_small/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
+
+blind_opensim: $(environment) ## The same with 12 persons simulated by OpenSim, a second plant (half an hour)
+	$(study) results/gap/blind_opensim/scores.json
+	cp results/gap/blind_opensim/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
 
 bench: $(environment) ## Measure the solver against CasADi, opty and Moco, one by one (an hour)
 	pytest -m slow --numprocesses $(CORES)

@@ -72,17 +72,17 @@ def draw_person(anatomy: Anatomy, rng: np.random.Generator) -> Arm:
     """
     parameters = unpack(dynamics_parameters(anatomy.record, anatomy.thorax, 0.0))
     for segment in ("clavicle", "scapula", "humerus", "forearm"):
-        factor = _spread(rng, 0.05, 1)
+        factor = spread(rng, 0.05, 1)
         for block in ("mass", "inertia"):
             parameters[f"{block}_{segment}"] = factor * parameters[f"{block}_{segment}"]
     parameters["contact_eps"] = 3.0 * parameters["contact_eps"]
-    parameters["contact_stiffness"] = _spread(rng, 0.2, 1) * parameters["contact_stiffness"]
+    parameters["contact_stiffness"] = spread(rng, 0.2, 1) * parameters["contact_stiffness"]
     generic, count = muscle_parameters(anatomy.record), len(anatomy.names)
     group = np.unique(anatomy.groups, return_inverse=True)[1]
     number = group.max() + 1
 
     def by_group(width: float) -> np.ndarray:
-        return _spread(rng, width, number)[group][None]
+        return spread(rng, width, number)[group][None]
 
     muscles = Muscles(
         max_force=by_group(0.15) * generic.max_isometric_force,
@@ -102,7 +102,7 @@ def draw_person(anatomy: Anatomy, rng: np.random.Generator) -> Arm:
         stability_weight=np.array([rng.uniform(0.3, 0.8)]),
         glenoid_rad=_glenoid(anatomy)[None],
     )
-    measurement = perfect_measurement(_spread(rng, 0.15, 8))
+    measurement = perfect_measurement(spread(rng, 0.15, 8))
     return Arm(anatomy, parameters, muscles, no_extra_torques(1), control, measurement)
 
 
@@ -128,6 +128,6 @@ def _glenoid(anatomy: Anatomy) -> np.ndarray:
     return np.array(glenoid_angles(anatomy.record))
 
 
-def _spread(rng: np.random.Generator, width: float, size: int) -> np.ndarray:
+def spread(rng: np.random.Generator, width: float, size: int) -> np.ndarray:
     """Factors around one: normal with half the width as deviation, cut at the width."""
     return 1.0 + np.clip(rng.normal(0.0, 0.5 * width, size), -width, width)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from simulated_persons.arm import Anatomy, Arm, draw_person
+from simulated_persons.arm import Anatomy, draw_person
+from simulated_persons.effects import Injection
 from simulated_persons.movement import draw_change
 from simulated_persons.observation import AXIAL_SESSION, CHANNELS, Measurement, draw_axial
 from simulated_persons.plan import Plan
@@ -25,31 +27,42 @@ class Person:
 
     Attributes
     ----------
-    usual, affected : arm without and with the effects; second : the latter in another session
+    usual, affected : arm without and with the effects, an `Arm` or that of another plant; second :
+        the latter in another session
     change : path (10, WAVES) [rad] on each task, done otherwise
     scale : of the scatter of each task's repeats
     rng : of the repeats
     """
 
-    usual: Arm
-    affected: Arm
-    second: Arm
+    usual: Any
+    affected: Any
+    second: Any
     change: Mapping[str, np.ndarray]
     scale: Mapping[str, float]
     rng: np.random.Generator
 
 
-def draw_case(anatomy: Anatomy, plan: Plan) -> Person:
-    """The person of a case, from its seed."""
+def draw_case(
+    anatomy: Anatomy,
+    plan: Plan,
+    draw: Callable[[Anatomy, np.random.Generator], Any] = draw_person,
+    inject: Callable[[Any, Injection], Any] = lambda arm, injection: injection.apply(arm),
+) -> Person:
+    """The person of a case, from its seed.
+
+    Parameters
+    ----------
+    draw : draws the arm, of the plant's own kind; inject : gives an arm an effect
+    """
     rng = np.random.default_rng(plan.seed)
-    usual = draw_person(anatomy, rng)
+    usual = draw(anatomy, rng)
     if plan.markers:
         usual = replace(
             usual, measurement=replace(usual.measurement, axial_rad=draw_axial(rng, 1.0))
         )
     affected = usual
     for injection in plan.injections:
-        affected = injection.apply(affected)
+        affected = inject(affected, injection)
     again = _another_session(affected.measurement, plan.markers, rng)
     tasks = (*plan.tasks, plan.hidden)
     return Person(

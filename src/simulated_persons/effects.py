@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -31,13 +32,13 @@ class Injection:
     parameter : name of the primary parameter in answers; None where plant and library measure the
         effect in different terms, so that amplitudes cannot be compared
     amplitude : in the unit of that parameter
-    apply : changes an arm
+    apply : changes an arm; where it changes the record only, one of any plant
     """
 
     label: str
     parameter: str | None
     amplitude: float
-    apply: Callable[[Arm], Arm]
+    apply: Callable[[Any], Any]
 
     @property
     def family(self) -> str:

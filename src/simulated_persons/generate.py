@@ -1,7 +1,7 @@
 """Generate blind cases: trials and participant files for the diagnosis, keys for whoever scores.
 
 Usage: ``python -m simulated_persons.generate --cases N --results DIR --participants DIR
---names NAME ... --out DIR --keys DIR``. Keys must lie outside the checkout; the
+--names NAME ... --out DIR --keys DIR [--plant P2]``. Keys must lie outside the checkout; the
 seed, drawn unless ``--seed`` gives it, is kept with them in ``draw.json``: it tells every cause.
 ``draw.json`` also counts the draws that were dropped, and names the cases that were given up.
 
@@ -24,7 +24,7 @@ from simulated_persons.drawing.attempts import Drawn, GivenUp, drawn_cases
 from simulated_persons.drawing.case_files import write_case
 from simulated_persons.drawing.keys import case_key
 from simulated_persons.drawing.study import Study, load_study
-from simulated_persons.plan import SHARES, Plan, draw_plans
+from simulated_persons.plan import OWN, PLANTS, SHARES, Plan, draw_plans
 
 DRAW = "draw.json"
 
@@ -35,16 +35,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31))
     parser.add_argument("--cases", type=int, required=True)
     parser.add_argument("--names", nargs="+", required=True, help="folders of participants")
+    parser.add_argument("--plant", choices=PLANTS, default=OWN, help="P2: simulated by OpenSim")
     parser.add_argument("--kind", choices=sorted(SHARES), help="open cases of one kind only")
     for name in ("results", "participants", "out", "keys"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options = parser.parse_args(arguments)
     _check_keys_folder(options.keys)
     study = load_study(options.results, options.participants, options.names)
-    plans = draw_plans(options.seed, options.cases, tuple(study.anatomies), options.kind)
+    names = tuple(study.anatomies)
+    plans = draw_plans(options.seed, options.cases, names, options.kind, options.plant)
     for folder in (options.out, options.keys):
         folder.mkdir(parents=True, exist_ok=True)
-    draw = {"seed": options.seed, "cases": options.cases, "kind": options.kind}
+    draw = {name: getattr(options, name) for name in ("seed", "cases", "kind", "plant")}
     _write(options.keys / DRAW, draw)  # before anything can be interrupted
     _write(options.keys / DRAW, draw | write_cases(study, plans, options.out, options.keys))
 

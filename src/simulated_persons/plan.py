@@ -5,7 +5,7 @@ The draw decides everything from one seed, which stays with the keys.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,14 @@ from simulated_persons.effects import (
     LIBRARY_LIKE,
     UNKNOWN,
     Injection,
+    distant_crosstalk,
     frame_misalignment,
+    friction,
+    heart,
     movement_strategy,
     scapula_sta,
+    speed_gain,
+    thorax_surface,
 )
 
 Draw = Callable[[np.random.Generator], Injection]
@@ -38,6 +43,18 @@ UNCHANGED = ("null", "strategy")
 # Share of persons who are recorded with skin markers, which hardly see axial rotation.
 MARKERS_SHARE = 0.5
 SALTS: tuple[Draw | None, ...] = (None, frame_misalignment, scapula_sta)
+# The plants: this package's own, OpenSim (`opensim_plant`), and recorded motion with salt.
+OWN, OPENSIM, SALTED = "P1", "P2", "S"
+PLANTS = (OWN, OPENSIM)
+# What each plant can be given. In OpenSim's the thorax is no surface to be pushed by.
+LIBRARY: dict[str, tuple[Draw, ...]] = {
+    OWN: LIBRARY_LIKE,
+    OPENSIM: tuple(draw for draw in LIBRARY_LIKE if draw is not thorax_surface),
+}
+OUTSIDE: dict[str, tuple[Draw, ...]] = {
+    OWN: UNKNOWN,
+    OPENSIM: (friction, heart, distant_crosstalk, speed_gain),
+}
 TASKS = ("frontal", "scapular", "sagittal")
 # Measurement: with EMG and reference trials, without one of them, without both.
 MODES = ((True, True, 0.6), (False, True, 0.15), (True, False, 0.15), (False, False, 0.1))
@@ -62,7 +79,7 @@ class Plan:
     Attributes
     ----------
     id : random name, so that no order of drawing shows; seed : of everything random in it
-    plant : "P1" simulated, "S" recorded motion with salt
+    plant : of `PLANTS`, or `SALTED`
     kind : of `SHARES`
     participant : whose anatomy; tasks : recorded in the case; hidden : kept for scoring
     injections : effects
@@ -101,29 +118,37 @@ class Plan:
 
 
 def draw_plans(
-    seed: int, count: int, participants: Sequence[str], kind: str | None = None
+    seed: int,
+    count: int,
+    participants: Sequence[str],
+    kind: str | None = None,
+    plant: str = OWN,
 ) -> list[Plan]:
     """A number of cases; families of effects come in turn, so that each is represented.
 
-    With a `kind` all cases are of that kind: open ones, for thresholds and calibration.
+    With a `kind` all cases are of that kind: open ones, for thresholds and calibration. Recorded
+    motion with salt comes with the package's own plant only.
     """
     rng = np.random.default_rng(seed)
-    kinds = _kinds(rng, count) if kind is None else [kind] * count
+    shares = {k: v for k, v in SHARES.items() if plant == OWN or k != "salted"}
+    kinds = _kinds(rng, count, shares) if kind is None else [kind] * count
+    library = LIBRARY[plant]
     supply = {
-        "single": _in_turn(rng, [(f,) for f in LIBRARY_LIKE]),
-        "unknown": _in_turn(rng, [(f,) for f in UNKNOWN]),
+        "single": _in_turn(rng, [(f,) for f in library]),
+        "unknown": _in_turn(rng, [(f,) for f in OUTSIDE[plant]]),
         "salted": _in_turn(rng, [() if f is None else (f,) for f in SALTS]),
     }
     plans = []
     for name in kinds:
         if name == "pair":
-            chosen = rng.choice(len(LIBRARY_LIKE), size=2, replace=False)
-            families: tuple[Draw, ...] = tuple(LIBRARY_LIKE[i] for i in chosen)
+            chosen = rng.choice(len(library), size=2, replace=False)
+            families: tuple[Draw, ...] = tuple(library[i] for i in chosen)
         elif name == "strategy":
             families = (movement_strategy,)
         else:
             families = next(supply[name]) if name in supply else ()
-        plans.append(_plan(rng, name, families, str(rng.choice(participants))))
+        plan = _plan(rng, name, families, str(rng.choice(participants)))
+        plans.append(replace(plan, plant=SALTED if name == "salted" else plant))
     return plans
 
 
@@ -136,9 +161,9 @@ def redrawn(plan: Plan, attempt: int) -> Plan:
     return replace(plan, seed=seed, injections=again)
 
 
-def _kinds(rng: np.random.Generator, count: int) -> list[str]:
-    shares = np.array(list(SHARES.values())) * np.exp(rng.normal(0, 0.1, len(SHARES)))
-    names = list(SHARES)
+def _kinds(rng: np.random.Generator, count: int, of: Mapping[str, float]) -> list[str]:
+    shares = np.array(list(of.values())) * np.exp(rng.normal(0, 0.1, len(of)))
+    names = list(of)
     if count < len(names):  # not one of each
         return [str(kind) for kind in rng.choice(names, count, False, shares / shares.sum())]
     numbers = np.maximum(np.round(count * shares / shares.sum()).astype(int), 1)
@@ -170,7 +195,7 @@ def _plan(
     return Plan(
         id=rng.bytes(4).hex(),
         seed=int(rng.integers(2**31)),
-        plant="S" if kind == "salted" else "P1",
+        plant=SALTED if kind == "salted" else OWN,
         kind=kind,
         participant=participant,
         tasks=tuple(order[:2]),

@@ -1,6 +1,7 @@
 # Blind benchmark of the diagnosis: draw and seal, answer, score. The large one is `make blind`, the
-# small one part of the study. Keys and seed lie in a folder that config/gap/blind.yaml names, outside
-# the checkout, in one folder per draw; scoring takes the latest, and refuses it if it does not fit.
+# small one a first look, and `make blind_opensim` has persons of a second plant, OpenSim. Keys and
+# seed lie in a folder that config/gap/blind.yaml names, outside the checkout, in one folder per draw;
+# scoring takes the latest, and refuses it if it does not fit.
 # No rule has code as an input: cases are drawn once, and scored again only on demand.
 
 
@@ -8,7 +9,7 @@ from scapulohumeral.configuration.check import read_blind
 
 
 wildcard_constraints:
-    benchmark="blind|blind_small|open",
+    benchmark="blind|blind_small|blind_opensim|open",
 
 
 BLIND = read_blind(Path("config/gap/blind.yaml"))
@@ -98,7 +99,12 @@ rule check_null_bank:
 
 rule draw_blind_cases:
     input:
-        models=expand("results/models/{participant}.json", participant=BLIND.participants),
+        # The second plant reads the model for OpenSim.
+        models=expand(
+            "results/models/{participant}.{kind}",
+            participant=BLIND.participants,
+            kind=("json", "osim"),
+        ),
         geometry=expand(
             "results/muscle_geometry/{participant}/quaternion.npz",
             participant=BLIND.participants,
@@ -119,6 +125,7 @@ rule draw_blind_cases:
             evaluate("{benchmark} == 'open'"), then=f"--seed {BLIND.open_seed}", otherwise=""
         ),
         known=branch(evaluate("{benchmark} == 'open'"), then="--open", otherwise=""),
+        plant=branch(evaluate("{benchmark} == 'blind_opensim'"), then="P2", otherwise="P1"),
         participants=BLIND.participants,
     threads: 1
     resources:
@@ -129,8 +136,8 @@ rule draw_blind_cases:
     shell:
         "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
         " && (python -m simulated_persons.generate --cases {params.cases} {params.seed}"
-        " --results results --participants config/participants --names {params.participants}"
-        " --out {output.cases} --keys $keys"
+        " --plant {params.plant} --results results --participants config/participants"
+        " --names {params.participants} --out {output.cases} --keys $keys"
         " && python -m scapulohumeral.gap.cli gap blind seal --cases {output.cases}"
         " --keys $keys --published {output.published} {params.known}) > {log.python} 2>&1"
 

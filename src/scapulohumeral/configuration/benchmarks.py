@@ -14,6 +14,7 @@ class BlindCases(Section):
 
     blind: Annotated[Whole, key("Large benchmark [1].", ge=1, le=1000)]
     blind_small: Annotated[Whole, key("Small benchmark [1].", ge=1, le=1000)]
+    blind_opensim: Annotated[Whole, key("Persons simulated by OpenSim [1].", ge=1, le=1000)]
     open: Annotated[Whole, key("Open cases to calibrate with [1].", ge=1, le=1000)]
 
 

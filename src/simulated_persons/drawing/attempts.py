@@ -18,7 +18,8 @@ from simulated_persons.drawing.salted import salted
 from simulated_persons.drawing.study import Study
 from simulated_persons.drawing.trials import Recordings, simulated
 from simulated_persons.observation import add_noise
-from simulated_persons.plan import YIELDS, Plan, draw_plans, redrawn
+from simulated_persons.opensim_plant.trials import simulated_by_opensim
+from simulated_persons.plan import OPENSIM, OWN, SALTED, YIELDS, Plan, draw_plans, redrawn
 
 LARGEST_ATTEMPTS = 6  # draws of one case
 LARGEST_REPLACEMENTS = 3  # cases that may take the place of one
@@ -81,11 +82,11 @@ def drawn_cases(
     `largest_attempts` another case of its kind takes its place.
     """
     for plan in plans:
-        if plan.plant == "S":
+        if plan.plant == SALTED:
             yield Drawn(Attempt(plan, plan.person), salted(study, plan))
-    waiting = [Attempt(plan, plan.person) for plan in plans if plan.plant == "P1"]
+    waiting = [Attempt(plan, plan.person) for plan in plans if plan.plant != SALTED]
     while waiting:
-        found = simulated(study, [attempt.plan for attempt in waiting])
+        found = _simulated(study, [attempt.plan for attempt in waiting])
         again, failures = [], Counter[str]()
         for attempt in waiting:
             recordings = found[attempt.plan.id]
@@ -105,6 +106,13 @@ def drawn_cases(
         reasons = "; ".join(f"{reason}: {n}" for reason, n in failures.items()) or "none"
         print(f"{len(waiting)} cases drawn, to be drawn again: {reasons}", flush=True)
         waiting = again
+
+
+def _simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | str]:
+    """Noise-free recordings of cases by the plant of each."""
+    own = [plan for plan in plans if plan.plant == OWN]
+    other = [plan for plan in plans if plan.plant == OPENSIM]
+    return simulated(study, own) | simulated_by_opensim(study, other)
 
 
 def _failure(attempt: Attempt, recordings: Recordings | str) -> str:
@@ -134,7 +142,7 @@ def _instead(attempt: Attempt, participants: Sequence[str]) -> Attempt | None:
     if attempt.replaced >= LARGEST_REPLACEMENTS:
         return None
     seed = int(np.random.default_rng([attempt.plan.seed, 3]).integers(2**31))
-    [plan] = draw_plans(seed, 1, participants, attempt.plan.kind)
+    [plan] = draw_plans(seed, 1, participants, attempt.plan.kind, attempt.plan.plant)
     return Attempt(plan, plan.person, replaced=attempt.replaced + 1)
 
 

@@ -29,8 +29,9 @@ INSIDE_FACTOR = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Participants' models and recorded motions."""
+    """Participants' models, the folder of their files for OpenSim, and recorded motions."""
 
+    models: Path
     anatomies: dict[str, Anatomy]
     motions: dict[tuple[str, str], Motion]
     scale: dict[str, dict]
@@ -49,7 +50,7 @@ def load_study(results: Path, participants: Path, names: Sequence[str]) -> Study
         anatomies[name] = Anatomy(record, thorax, MuscleForces(equations, geometry))
         text = (participants / name / "participant.yaml").read_text(encoding="utf-8")
         scale[name] = yaml.safe_load(text)["scale"]
-    return Study(anatomies, motions, scale)
+    return Study(results / "models", anatomies, motions, scale)
 
 
 def thorax_under(record: ModelRecord, motions: Sequence[Motion]) -> dict[str, Any]:

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import relative_angle
-from simulated_persons.arm import Arm, batch
+from simulated_persons.arm import batch
 from simulated_persons.case_person import Person, draw_case
 from simulated_persons.drawing.study import Study
 from simulated_persons.movement import (
@@ -50,12 +51,14 @@ Recordings = dict[tuple[str, str, int], Recording]
 class Run:
     """One trial to simulate; `name` is (side, task, repeat), repeat 0 being noise-free.
 
+    `arm` is an `Arm`, or that of another plant.
+
     `keeps`: the person does exactly the wished `pose` (S, 13).
     """
 
     case: str
     name: tuple[str, str, int]
-    arm: Arm
+    arm: Any
     pose: np.ndarray
     keeps: bool
 
@@ -79,7 +82,7 @@ def simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | str
     able = [plan for plan in plans if plan.id in ways]
     found: dict[str, Recordings | str] = {plan.id: MISSED for plan in plans}
     found.update({plan.id: {} for plan in able})
-    runs = {plan.id: _runs(plan, persons[plan.id], ways[plan.id]) for plan in able}
+    runs = {plan.id: trial_runs(plan, persons[plan.id], ways[plan.id]) for plan in able}
     for run, q, trace, failure in _followed(study, plans, runs):
         trials = found[run.case]
         if failure:
@@ -106,12 +109,7 @@ def _ways(
     still = no_variation()
     for plan in plans:
         person = persons[plan.id]
-        ways[plan.id] = {
-            (otherwise, task): Way(study.motions[plan.participant, task], path)
-            for task in (*plan.tasks, plan.hidden)
-            for otherwise, path in ((False, 0.0 * person.change[task]), (True, person.change[task]))
-            if plan.otherwise or not otherwise
-        }
+        ways[plan.id] = recorded_ways(study, plan, person)
         if plan.person != YIELDS:
             first[plan.id] = [
                 Run(plan.id, (str(otherwise), task, 0), person.usual, way.poses(still), False)
@@ -125,6 +123,16 @@ def _ways(
             key = otherwise == str(True), task
             ways[run.case][key] = Way(movement_made(q), 0.0 * ways[run.case][key].path_rad)
     return ways
+
+
+def recorded_ways(study: Study, plan: Plan, person: Person) -> dict[tuple[bool, str], Way]:
+    """Recorded movement of each task of a case, as usual (False) and otherwise (True)."""
+    return {
+        (otherwise, task): Way(study.motions[plan.participant, task], path)
+        for task in (*plan.tasks, plan.hidden)
+        for otherwise, path in ((False, 0.0 * person.change[task]), (True, person.change[task]))
+        if plan.otherwise or not otherwise
+    }
 
 
 def _followed(
@@ -141,11 +149,11 @@ def _followed(
             yield from _follow(group[start : start + BATCH])
 
 
-def _runs(plan: Plan, person: Person, ways: Mapping[tuple[bool, str], Way]) -> list[Run]:
+def trial_runs(plan: Plan, person: Person, ways: Mapping[tuple[bool, str], Way]) -> list[Run]:
     """Every trial of a case: noise-free twins of all tasks, repeats of those that are recorded."""
     runs = []
 
-    def add(side: str, task: str, repeat: int, arm: Arm, way: Way, varied: Variation) -> None:
+    def add(side: str, task: str, repeat: int, arm: Any, way: Way, varied: Variation) -> None:
         keeps = plan.person != YIELDS
         runs.append(Run(plan.id, (side, task, repeat), arm, way.poses(varied), keeps))
 
@@ -174,13 +182,17 @@ def _follow(runs: Sequence[Run]) -> Iterator[tuple[Run, np.ndarray, Trace, str]]
     phase = np.ones((longest, len(runs)))
     for number, run in enumerate(runs):
         phase[: len(run.pose), number] = phase_of_trial(len(run.pose))
-    tired = np.expm1(-TIRING * phase) / np.expm1(-TIRING)
-    wish = make_wish(pose, TICK_S, tired, body.muscles.end_force)
+    wish = make_wish(pose, TICK_S, tiredness(phase), body.muscles.end_force)
     with np.errstate(all="ignore"):  # an arm that cannot do its task may diverge: it is dropped
         trace = (keep if runs[0].keeps else simulate)(body, control, wish)
     for number, run in enumerate(runs):
         own = Trace(*(part[: len(run.pose), number] for part in vars(trace).values()))
         yield run, own.q, own, _failure(run, own, wish.humerus[: len(run.pose), number])
+
+
+def tiredness(phase: np.ndarray) -> np.ndarray:
+    """How far muscles are on their way from fresh to the end of a trial, at phases of it."""
+    return np.expm1(-TIRING * phase) / np.expm1(-TIRING)
 
 
 def _failure(run: Run, trace: Trace, humerus: np.ndarray) -> str:

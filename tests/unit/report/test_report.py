@@ -276,7 +276,8 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     rate = {"value": 0.75, "hits": 3, "n": 4, "wilson95": [0.30, 0.95]}
     none = {"value": None, "hits": 0, "n": 0, "wilson95": None}
     modes = {"all": {"cases": {"null": 1, "single": 3}, "family_top1": rate, "detection": none}}
-    rows = {row[0]: row for row in gap_tables.score_tables({"plants": {"P1": modes}})["P1"].rows}
+    [table] = gap_tables.score_tables({"plants": {"P1": modes}}).values()
+    rows = {row[0]: row for row in table.rows}
     assert rows["cases"][1] == "4"
     assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
     assert rows["all effects that show: gap found"][1] == "no case"
@@ -305,6 +306,8 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     assert row["family right"] == "50 % [10 %, 90 %], 2 cases"
     assert row["there: class right"] == "not scored then"
     assert row["amplitude error, median"] == "0.3 (2 cases)"
+    both = gap_tables.draw_table([cards[0] | {"plants": {"P2": {"all": scores}, "S": {}}}])
+    assert [row[1] for row in both.rows] == ["Persons simulated by OpenSim"]
     # The newest of the largest is shown whole.
     study = SimpleNamespace(diagnoses=[], blind_scores=cards, real_cases=pd.DataFrame())
     assert gap_chapter(study)["card"] is cards[1]
@@ -314,10 +317,15 @@ def test_history_of_draws_is_made_from_the_committed_score_cards() -> None:
     files = sorted((REPOSITORY / "reports" / "blind_scores").glob("*.json"))
     cards = [json.loads(file.read_text(encoding="utf-8")) for file in files]
     table = gap_tables.draw_table(cards)
-    assert len(table.rows) == len(files) >= 15
-    for card, cells in zip(cards, table.rows, strict=True):
+    assert len(files) >= 15
+    simulated = [
+        (card, card["plants"][plant]["all"])
+        for card in cards
+        for plant in ("P1", "P2")
+        if plant in card["plants"]
+    ]
+    for (card, scores), cells in zip(simulated, table.rows, strict=True):
         row = dict(zip(table.columns, cells, strict=True))
-        scores = card["plants"]["P1"]["all"]
         assert row["keys sealed"] == card["sealed"]["date"]
         for name, rate in (
             ("false alarms", scores["false_alarms"]),

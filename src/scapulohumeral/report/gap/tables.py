@@ -70,7 +70,14 @@ MEDIANS = (
 )
 
 
-# Columns of the history of draws: name, path in the scores of simulated arms.
+# Plants of score cards. Persons of the first two are simulated.
+PLANTS = {
+    "P1": "Simulated arms",
+    "P2": "Persons simulated by OpenSim",
+    "S": "Recorded motion, disturbed",
+}
+SIMULATED = ("P1", "P2")
+# Columns of the history of draws: name, path in the scores of simulated persons.
 DRAW_SCORES = (
     ("false alarms", ("false_alarms",)),
     ("gap found", ("detection",)),
@@ -122,18 +129,20 @@ def candidate_table(diagnosis: Mapping[str, Any]) -> Table:
 
 
 def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
-    """Headline scores on simulated arms of every draw of blind cases, one row each.
+    """Headline scores on simulated persons of every draw of blind cases, one row per plant.
 
     Parameters
     ----------
     cards : score cards, the latest last; rates carry their Wilson 95 % intervals
     """
     rows = []
-    for card in cards:
-        scores = card["plants"]["P1"]["all"]
+    drawn = [(card, name) for card in cards for name in SIMULATED if name in card["plants"]]
+    for card, plant in drawn:
+        scores = card["plants"][plant]["all"]
         rows.append(
             (
                 card["sealed"]["date"],
+                PLANTS[plant],
                 card["look"],
                 str(card["scored"]["cases"]),
                 card["answered"]["code"][:16],
@@ -143,6 +152,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
         )
     columns = (
         "keys sealed",
+        "persons",
         "look",
         "cases",
         "code of the answers",
@@ -158,8 +168,8 @@ def _in_draw(scores: Mapping[str, Any], path: Sequence[str]) -> str:
 
 
 def score_tables(scores: Mapping[str, Any]) -> dict[str, Table]:
-    """Score cards of blind cases by plant, all modes beside each other."""
-    return {plant: _score_table(modes) for plant, modes in scores["plants"].items()}
+    """Score cards of blind cases by what a plant is, all modes beside each other."""
+    return {PLANTS[plant]: _score_table(modes) for plant, modes in scores["plants"].items()}
 
 
 def _score_table(modes: Mapping[str, Any]) -> Table:

@@ -10,12 +10,16 @@ Letters: K rows, M muscles, U unknown forces, N = M + U.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
 from scapulohumeral.errors import SolveError
+from scapulohumeral.model.rotations import Array
+
+Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
 
 QUADRATIC_SHARE = 0.05  # e: effort of small activations is not quite flat
 UNKNOWN_COST = 1e-3  # d
@@ -32,30 +36,25 @@ class Demand:
     cost : c (M,); low, high : bounds (N,)
     """
 
-    matrix: np.ndarray
-    target: np.ndarray
-    weight: np.ndarray
-    cost: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    matrix: Array
+    target: Array
+    weight: Array
+    cost: Array
+    low: Array
+    high: Array
 
 
-def least_effort(demand: Demand, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def least_effort(demand: Demand, multipliers: Vector) -> tuple[Array, Vector]:
     """Activations and unknown forces (N,), and multipliers (K,), from a guess of the latter.
 
     Raises
     ------
     SolveError                       no solution was found
     """
-    options: Any = {"initial_trust_radius": 0.1, "max_trust_radius": 10.0, "gtol": 1e-5}
-    found = minimize(
-        lambda m: _dual(demand, m),
-        multipliers,
-        jac=True,
-        hess=lambda m: _curvature(demand, m),
-        method="trust-exact",
-        options=options,
-    )
+    value: Any = partial(_dual, demand)
+    options = {"initial_trust_radius": 0.1, "max_trust_radius": 10.0, "gtol": 1e-5}
+    settings: dict[str, Any] = {"hess": partial(_curvature, demand), "options": options}
+    found = minimize(value, multipliers, jac=True, method="trust-exact", **settings)
     # A step too small for the digits of the value ends the search as well.
     if not np.abs(found.jac).max() <= LARGEST_MISS:
         raise SolveError(
@@ -66,7 +65,7 @@ def least_effort(demand: Demand, multipliers: np.ndarray) -> tuple[np.ndarray, n
     return _answer(demand, found.x)[0], found.x
 
 
-def _dual(demand: Demand, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
+def _dual(demand: Demand, multipliers: Array) -> tuple[float, Array]:
     """Value and gradient (K,) of the dual."""
     pull = demand.matrix.T @ multipliers
     answer, _ = _answer(demand, multipliers)
@@ -78,13 +77,13 @@ def _dual(demand: Demand, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
     return float(value + pull @ answer - effort), gradient
 
 
-def _curvature(demand: Demand, multipliers: np.ndarray) -> np.ndarray:
+def _curvature(demand: Demand, multipliers: Array) -> Array:
     """Second derivative (K, K) of the dual, where it has one."""
     slope = _answer(demand, multipliers)[1]
     return np.diag(1.0 / demand.weight) + (demand.matrix * slope) @ demand.matrix.T
 
 
-def _answer(demand: Demand, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _answer(demand: Demand, multipliers: Array) -> tuple[Array, Array]:
     """Best activations and unknown forces (N,) at multipliers, and their slope by the pull."""
     pull, count, e = demand.matrix.T @ multipliers, len(demand.cost), QUADRATIC_SHARE
     scaled = pull[:count] / demand.cost

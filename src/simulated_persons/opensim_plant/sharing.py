@@ -93,7 +93,7 @@ def _demand(mechanics: Mechanics, body: Body, activation: np.ndarray) -> Demand:
     unit = (tendon_force(force[None], (ACTIVATIONS[0] + above)[None])[0] - force[0]) / above
     passive = force[0] - ACTIVATIONS[0] * unit
     # Inside the rim: what the reaction is inside it by is some number above zero, a slack.
-    rim = _rim(body) / RIM_N
+    rim = rim_rows(body) / RIM_N
     slack = -UNKNOWN_N / RIM_N * np.eye(len(rim))
     matrix = np.block(
         [
@@ -112,7 +112,7 @@ def _demand(mechanics: Mechanics, body: Body, activation: np.ndarray) -> Demand:
     )
 
 
-def _rim(body: Body) -> np.ndarray:
+def rim_rows(body: Body) -> np.ndarray:
     """Rows (D, 3): what a reaction in scapula axes is inside the rim by, in each direction."""
     inclination, version = body.glenoid_rad
     axes = Rotation.from_euler("YZ", [version, -inclination]).as_matrix()

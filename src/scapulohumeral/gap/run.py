@@ -19,6 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scapulohumeral.configuration.check import read_simulator
+from scapulohumeral.configuration.simulator import Simulator
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
@@ -45,7 +47,6 @@ from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
     from scapulohumeral.gap.nominal.participant_model import ParticipantModel
-    from scapulohumeral.gap.nominal.simulator import Simulator
     from scapulohumeral.gap.result import Diagnosis
 
 ANSWERED, REFUSED, FAILED = 0, 2, 3
@@ -106,8 +107,6 @@ def run(request: Request) -> int:
         log.info("%s", request.command)
         try:
             _check_options(request)
-            from scapulohumeral.gap.nominal.simulator import read_simulator
-
             whole = read_diagnosis_config(request.config, request.settings)
             simulator = None
             if request.simulator is not None:

@@ -123,6 +123,11 @@ rule diagnose_real_case:
         simulated=lambda wildcards: (
             "--simulated" if REAL.cases[wildcards.case].kind == "simulation" else ""
         ),
+        simulator=lambda wildcards: (
+            f"--simulator {REAL.cases[wildcards.case].simulator}"
+            if REAL.cases[wildcards.case].simulator
+            else ""
+        ),
     threads: 1
     resources:
         mem_mb=4000,
@@ -131,7 +136,7 @@ rule diagnose_real_case:
         "Real case {wildcards.case}"
     shell:
         "(python -m scapulohumeral.gap.cli gap diagnose {params.trials[test]}"
-        " --reference {params.trials[reference]} --participant {input.participant} --view {params.view} {params.simulated}"
+        " --reference {params.trials[reference]} --participant {input.participant} --view {params.view} {params.simulated} {params.simulator}"
         " --config {input.config} --settings {input.settings} --threads {threads}"
         " --out $(dirname {output.result})"
         " || [ $? -eq 3 ]) > {log.python} 2>&1"

@@ -17,6 +17,7 @@ from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.configuration.recovery import Recovery
 from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.configuration.sensitivity import Sensitivity
+from scapulohumeral.configuration.simulator import Simulator
 from scapulohumeral.documents import expected, read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.provenance import CONFIG_FOLDER
@@ -28,6 +29,7 @@ BENCH = CONFIG_FOLDER / "bench.yaml"
 SENSITIVITY = CONFIG_FOLDER / "sensitivity.yaml"
 RECOVERY = CONFIG_FOLDER / "recovery.yaml"
 REAL_CASES = CONFIG_FOLDER / "gap" / "real_cases.yaml"
+SIMULATOR = CONFIG_FOLDER / "gap" / "simulators" / "study.yaml"
 
 REMEDY = "Expected a YAML file of the configuration."
 
@@ -97,7 +99,22 @@ def read_real_cases(path: Path = REAL_CASES) -> RealCases:
                 f"Configuration, {path}, key 'cases.{name}.spoilt': expected for kind artefact, "
                 f"and for no other; found kind {case.kind}. Name the error, or correct the kind."
             )
+        if case.simulator is not None and (case.kind, case.view) != ("simulation", "prediction"):
+            raise ConfigError(
+                f"Configuration, {path}, key 'cases.{name}.simulator': expected for kind "
+                f"simulation and view prediction; found {case.kind} and {case.view}. Leave it out."
+            )
     return found
+
+
+def read_simulator(path: Path) -> Simulator:
+    """What made simulations.
+
+    Raises
+    ------
+    ConfigError                      it cannot be read, or a key is refused
+    """
+    return checked(Simulator, read_yaml(path, REMEDY), f"{path}, ", SIMULATOR)
 
 
 def checked(kind: type[Kind], content: Any, file: str, example: Path) -> Kind:

@@ -84,6 +84,9 @@ class RealCase(Section):
     spoilt: Annotated[
         Spoilt | None, key("Error that test trials are given, of kind artefact [no unit].")
     ] = None
+    simulator: Annotated[
+        Pattern | None, key("What made both sides, of kind simulation [no unit].")
+    ] = None
 
 
 @dataclass(frozen=True)

@@ -96,6 +96,11 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
         "--simulated", action="store_true",
         help="trials are simulations: no scatter between repeats, no errors of measurement",
     )  # fmt: skip
+    add(
+        "--simulator", type=Path, metavar="FILE",
+        help="what made the simulations, as config/gap/simulators/study.yaml: their own model and "
+        "problem, in place of a model that is scaled and fitted for the trials",
+    )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
     add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study")
@@ -120,6 +125,7 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         view=options.view,
         settings=options.settings,
         simulated=options.simulated,
+        simulator=options.simulator,
     )
     return run(request)
 

@@ -13,13 +13,13 @@ from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.held_out import log_predictive, log_predictive_of_others
 from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
+from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
 from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
-from scapulohumeral.gap.verdict.misfit import misfit
 from scapulohumeral.gap.verdict.posterior import Posterior, Score
 from scapulohumeral.gap.weighing import Weighing
 

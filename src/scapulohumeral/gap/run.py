@@ -19,6 +19,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scapulohumeral.configuration.check import read_simulator
+from scapulohumeral.configuration.simulator import Simulator
 from scapulohumeral.errors import ConfigError, DataError, ModelError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
@@ -37,6 +39,7 @@ from scapulohumeral.gap.settings import (
     read_diagnosis_config,
     read_settings,
     sections_read,
+    with_problem_of,
 )
 from scapulohumeral.instructions import kept_instruction_hash
 from scapulohumeral.laboratory.folders import unwritable
@@ -68,7 +71,8 @@ class Request:
     """What the command was asked for; `participant` None: beside the test files.
 
     `config`: of the study, `settings`: of diagnoses. `view` says whether trials are compared with
-    the tracked or the predicted motion, `simulated` whether they are simulations.
+    the tracked or the predicted motion, `simulated` whether they are simulations, `simulator` what
+    made them.
     """
 
     tests: tuple[Path, ...]
@@ -83,6 +87,7 @@ class Request:
     view: View = "tracking"
     settings: Path = SETTINGS
     simulated: bool = False
+    simulator: Path | None = None
 
 
 def run(request: Request) -> int:
@@ -102,11 +107,16 @@ def run(request: Request) -> int:
         log.info("%s", request.command)
         try:
             _check_options(request)
-            config = sections_read(read_diagnosis_config(request.config, request.settings), *VIEWS)
+            whole = read_diagnosis_config(request.config, request.settings)
+            simulator = None
+            if request.simulator is not None:
+                simulator = read_simulator(request.simulator)
+                whole = with_problem_of(whole, simulator.variant)
+            config = sections_read(whole, *VIEWS)
             # Contradictions are refused before a model is built.
             read_settings(config)
             case = read_case(request, config)
-            return _answer(request, case, config)
+            return _answer(request, case, config, simulator)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
             print(f"Refused: {error}", file=sys.stderr)
@@ -139,17 +149,20 @@ def read_case(request: Request, config: Config) -> Case:
     return case
 
 
-def _answer(request: Request, case: Case, config: Config) -> int:
+def _answer(request: Request, case: Case, config: Config, simulator: Simulator | None) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     from scapulohumeral.gap.curve_files import check_curves
     from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
+    from scapulohumeral.gap.nominal.simulator import simulating_model
     from scapulohumeral.gap.pipeline import diagnose
     from scapulohumeral.gap.result import to_json
 
     model = None
     try:
-        settings = ModelSettings.of(config)
-        model = participant_model(case, settings, request.cache)
+        if simulator is None:
+            model = participant_model(case, ModelSettings.of(config), request.cache)
+        else:
+            model = simulating_model(simulator)
         log.info("model %s", model.hash)
         diagnosis = diagnose(case, model, read_settings(config, request.view, request.simulated))
     except (ConfigError, DataError, ModelError):
@@ -222,6 +235,11 @@ def _illustrate(diagnosis: Diagnosis, request: Request) -> None:
 
 def _check_options(request: Request) -> None:
     """Refuse numbers and folders of the command that fail only after minutes of solving."""
+    if request.simulator is not None and not (request.simulated and request.view == "prediction"):
+        raise ConfigError(
+            f"--simulator {request.simulator} says how scapula and clavicle of simulations are "
+            "predicted; expected it with --simulated --view prediction. Add both, or leave it out."
+        )
     for option, value, least in (("--seed", request.seed, 0), ("--threads", request.threads, 1)):
         if value < least:
             raise ConfigError(f"{option} {value}; expected {least} or more. Raise it.")

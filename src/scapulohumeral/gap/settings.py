@@ -12,6 +12,8 @@ from scapulohumeral.configuration.fields import Angles, Real, Section, Whole, ke
 from scapulohumeral.documents import read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.weighing import Weighing, read_weighing
+from scapulohumeral.problems.problem_choices import ProblemChoices
+from scapulohumeral.problems.variants import named_variants
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 SETTINGS = CONFIG_FOLDER / "gap" / "settings.yaml"
@@ -156,12 +158,14 @@ class GapSettings(_Keys):
     weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     view : what the nominal model does
     of_simulations : whether the trials are simulations, which have no markers and do not scatter
+    choices : which problem predictions solve
     """
 
     geometry: Mapping[str, Any]
     weights: Mapping[str, float]
     view: View = "tracking"
     of_simulations: bool = False
+    choices: ProblemChoices = ProblemChoices()
 
     def __post_init__(self) -> None:
         """Refuse contradictions."""
@@ -197,7 +201,25 @@ def with_settings(config: Mapping[str, Any], settings: Path) -> dict[str, Any]:
     """A configuration of the study with the settings in a file as section `gap`."""
     section = read_yaml(settings, REMEDY)
     checked(GapSection, section, f"{settings}, ", SETTINGS)
-    return {**config, "gap": section}
+    return {**config, "gap": section, "problem": {}}
+
+
+def with_problem_of(config: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A configuration whose predictions solve the problem of a variant.
+
+    Parameters
+    ----------
+    config : as of :func:`read_diagnosis_config`
+    name : of a variant in section `variants`, or "study"
+
+    Raises
+    ------
+    ConfigError                      there is no such variant
+    """
+    known = named_variants(config["variants"])
+    if name not in known:
+        raise ConfigError(f"variant {name}; expected one of: {', '.join(known)}. Correct it.")
+    return {**config, "problem": dict(known[name].problem)}
 
 
 def read_settings(
@@ -224,12 +246,18 @@ def read_settings(
         noise = _scaled(section.noise, section.simulated)
         shared["noise"] = replace(noise, repeats=section.noise.repeats)
         shared["session"] = _scaled(section.session, section.simulated)
+    choices = ProblemChoices(**config["problem"])
+    weights = {**config["weights"][view], "stability": stability}
+    for name in ("strength_exponent", "reaction_rate"):
+        if getattr(choices, name) is not None:
+            weights[name] = getattr(choices, name)
     return GapSettings(
         **shared,
         geometry=asdict(section.geometry),
-        weights={**config["weights"][view], "stability": stability},
+        weights=weights,
         view=view,
         of_simulations=of_simulations,
+        choices=choices,
     )
 
 
@@ -254,6 +282,7 @@ def sections_read(config: Mapping[str, Any], *views: View) -> dict[str, Any]:
         "geometry": {k: v for k, v in config["geometry"].items() if k not in own},
         "weights": {view: config["weights"][view] for view in views},
         "gap": config["gap"],
+        "problem": config["problem"],
     }
     if "prediction" in views:
         healthy = {"w_gh": config["prediction"]["conditions"]["healthy"]["w_gh"]}

@@ -235,6 +235,13 @@ def test_every_command_finds_the_files_that_a_configuration_names(
         assert fits or "other.json is not there" in capsys.readouterr().out
 
 
+def test_what_made_simulations_is_refused_for_other_trials(case_folder, seen, capsys):
+    simulator = ["--simulator", str(REPOSITORY / "config" / "gap" / "simulators" / "study.yaml")]
+    for more in ([], ["--simulated"], ["--view", "prediction"]):
+        assert diagnose(case_folder, ["lift_r1.csv"], [], *simulator, *more) == 2
+        assert "expected it with --simulated --view prediction" in capsys.readouterr().err
+
+
 def test_a_diagnosis_gets_what_it_is_said_to_depend_on(case_folder, seen, monkeypatch):
     """So that nothing else can change an answer, or has to rerun it."""
     given = []
@@ -245,5 +252,5 @@ def test_a_diagnosis_gets_what_it_is_said_to_depend_on(case_folder, seen, monkey
 
     monkeypatch.setattr(run, "read_settings", read)
     assert diagnose(case_folder, ["lift_r1.csv"], []) == 0
-    assert set(given[0]) == {"model", "geometry", "weights", "gap", "prediction"}
+    assert set(given[0]) == {"model", "geometry", "weights", "gap", "problem", "prediction"}
     assert "cuff_w2" not in given[0]["prediction"]["conditions"]

@@ -19,10 +19,12 @@ from scapulohumeral.configuration.check import (
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.settings import (
     SETTINGS,
+    VIEWS,
     GapSection,
     read_diagnosis_config,
     read_settings,
     sections_read,
+    with_problem_of,
 )
 
 pytestmark = pytest.mark.unit
@@ -123,7 +125,19 @@ def test_settings_of_diagnoses_are_checked_alike(tmp_path: Path) -> None:
             checked(GapSection, {**section, name: value}, "", SETTINGS)
     contradiction = {**section, "phase_functions": 20}
     with pytest.raises(ConfigError, match=r"gap.phase_functions: 20 of 21 nodes"):
-        read_settings({**CONFIG, "gap": contradiction})
+        read_settings({**read_diagnosis_config(STUDY), "gap": contradiction})
+
+
+def test_predictions_of_a_variant_solve_its_problem() -> None:
+    config = read_diagnosis_config(STUDY)
+    own = read_settings(config, "prediction")
+    named = config["variants"]["named"]["published"]["problem"]
+    found = read_settings(sections_read(with_problem_of(config, "published"), *VIEWS), "prediction")
+    assert {key: getattr(found.choices, key) for key in named} == named
+    assert found.weights == {**own.weights, "strength_exponent": named["strength_exponent"]}
+    assert read_settings(with_problem_of(config, "study"), "prediction") == own
+    with pytest.raises(ConfigError, match="variant other; expected one of: study, published"):
+        with_problem_of(config, "other")
 
 
 def test_settings_of_a_view() -> None:

@@ -12,7 +12,7 @@ import pandas as pd
 from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.metrics import probabilities
-from scapulohumeral.gap.labels import NO_GAP, NONE, matches
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, matches
 from scapulohumeral.gap.result import read_result
 
 COLUMNS = (
@@ -28,6 +28,7 @@ COLUMNS = (
     "first_p",
     "right",
     "in_set90",
+    "in_pair90",
     "set_size",
     "truth_p",
     "none_p",
@@ -77,8 +78,9 @@ def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
     Returns
     -------
     dict     columns from `truth` to `said`. `first`, the most probable answer, may be "none" or
-             "no_gap"; `truth_p` adds up the probabilities of right labels; `held_out` is the share
-             of the gap that the first cause removes on a task that was not fitted, else on trials
+             "no_gap"; `in_pair90` says whether a right label is half of a pair in the set;
+             `truth_p` adds up the probabilities of right labels; `held_out` is the share of the
+             gap that the first cause removes on a task that was not fitted, else on trials
     """
     right = truth or [NONE]
     row: dict[str, Any] = {
@@ -99,6 +101,12 @@ def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
         "first_p": p[first],
         "right": _is_one_of(first, right),
         "in_set90": any(_is_one_of(label, right) for label in answer["set90"]),
+        "in_pair90": any(
+            _is_one_of(member, right)
+            for label in answer["set90"]
+            if JOIN in label
+            for member in label.split(JOIN)
+        ),
         "set_size": len(answer["set90"]),
         "truth_p": sum(value for label, value in p.items() if _is_one_of(label, right)),
         "none_p": p[NONE],

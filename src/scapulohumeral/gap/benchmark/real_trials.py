@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from scapulohumeral.configuration.check import read_simulator
 from scapulohumeral.configuration.real_cases import Converted, Measured, RealCases, Simulated
 from scapulohumeral.errors import ConfigError
 
@@ -65,8 +66,13 @@ class RealTrials:
         ------
         ConfigError                  no recording fits a pattern
         """
-        spoilt = self.cases.cases[case].spoilt is not None
-        return self.sources(case) | ({"spoilt": str(self._spoilt(case))} if spoilt else {})
+        about, found = self.cases.cases[case], self.sources(case)
+        if about.spoilt is not None:
+            found["spoilt"] = str(self._spoilt(case))
+        if about.simulator is not None:
+            files = read_simulator(Path(about.simulator)).files
+            found["simulator"] = [about.simulator, *map(str, files)]
+        return found
 
     def sources(self, case: str) -> dict[str, list[str] | str]:
         """The same before any error of measurement is put in.

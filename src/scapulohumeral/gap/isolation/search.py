@@ -13,6 +13,7 @@ from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, of_person
 from scapulohumeral.gap.isolation.hypothesis import Fit, strongest
 from scapulohumeral.gap.isolation.laplace import no_gap_evidence
+from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.pairs import paired
 from scapulohumeral.gap.isolation.refit import refit
 from scapulohumeral.gap.isolation.suppositions import Supposition, integrated, supposed
@@ -65,12 +66,16 @@ def fit_all(
     that is solved again the fit with more evidence counts. First come the strongest of different
     families, then those that would be stronger if a new solution told as much of them as it told
     of their family. Those that would stay far behind the strongest even so are not solved again.
+
+    A simulation does what its model solves: there a new solution counts whatever the derivative
+    promised, and all that do not stay far behind are solved again.
     """
     by_person = dict(evidence.fits)
     # Without reference trials the prediction follows errors of the record: small, so linear.
     able = [f for f in evidence.screened if _may_change(f, evidence)]
     told = _Told(evidence)
-    for count in _rounds(evidence.settings.short_list):
+    simulated = evidence.settings.of_simulations
+    for count in (len(able),) if simulated else _rounds(evidence.settings.short_list):
         again = told.next(able, count)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
         jobs = [(told.alternatives(f), evidence, model) for f in again]
@@ -82,7 +87,7 @@ def fit_all(
                 )
                 continue
             one = supposed(solved)
-            by_person[one] = tuple(_better(f, solved) for f in by_person[one])
+            by_person[one] = tuple(_better(f, solved, simulated) for f in by_person[one])
     singles = tuple(f for fits in by_person.values() for f in fits)
     pairs = tuple(f for one in _probable(evidence) for f in _pairs(evidence, by_person, one))
     every = (*singles, *pairs)
@@ -111,6 +116,10 @@ class _Told:
         self.unsolved: set[tuple[str, float]] = set()
         self.strongest = max(map(self._weight, evidence.screened))
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
+        # By as much evidence will be divided.
+        error = evidence.settings.signature_error
+        excess = misfit(evidence.screened, evidence.residuals, error)
+        self.behind = BEHIND * (excess if evidence.settings.of_simulations else 1.0)
 
     def next(self, able: Sequence[Fit], count: int) -> list[Fit]:
         """The effects to be solved again next, of those that a new solution may change."""
@@ -119,7 +128,7 @@ class _Told:
             f.with_evidence(f.log_evidence + self.gains.get(family(f.label), 0.0)) for f in left
         ]
         ranked = strongest(expected, self.evidence.prior, len(expected))
-        if not self.done:
+        if not self.done and count < len(able):
             best = {family(f.label): f for f in reversed(ranked)}
             ranked = [f for f in ranked if best[family(f.label)] is f]
         labels = {f.label for f in ranked[:count]}
@@ -132,7 +141,7 @@ class _Told:
             return True
         explained = max(first.log_evidence - self.nothing[first.moved_deg], 0.0)
         gain = self.gains.get(family(first.label), ADDED * explained)
-        return self._weight(first) + gain > self.strongest - BEHIND
+        return self._weight(first) + gain > self.strongest - self.behind
 
     def alternatives(self, first: Fit) -> list[Fit]:
         """Fits of a label to be solved again: the most probable, and with the next stiffness.
@@ -182,10 +191,11 @@ def _alternatives(first: Fit, evidence: Evidence) -> list[Fit]:
     return [ranked[0]] if other is None else [ranked[0], other]
 
 
-def _better(first: Fit, solved: Fit) -> Fit:
-    """The one with more evidence of two fits of one label; the first of another label."""
-    same = first.label == solved.label
-    return solved if same and solved.log_evidence > first.log_evidence else first
+def _better(first: Fit, solved: Fit, simulated: bool) -> Fit:
+    """The fit that counts of two of one label, see :func:`fit_all`; the first of another label."""
+    if first.label != solved.label:
+        return first
+    return solved if simulated or solved.log_evidence > first.log_evidence else first
 
 
 def _probable(evidence: Evidence) -> list[Supposition]:

@@ -29,10 +29,16 @@ from scapulohumeral.model.rotations import (
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
 from scapulohumeral.ocp.optimality.sensitivity import Variant, variant
-from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import muscle_patterns
+from scapulohumeral.problems.posed_problem import effort_factors
+from scapulohumeral.problems.problem_choices import (
+    ProblemChoices,
+    chosen_bounds,
+    chosen_parameters,
+)
 from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
 
 BARRIER = 1e-5
@@ -86,6 +92,7 @@ class Movement:
     objective : objective with the nominal glenoid and without effort of its own
     angles_rad : (N, 10) motion to track
     drive : of the muscles beside effort
+    bounds : of the unknowns
     mesh : problem of as many nodes with the same equations and muscles, if there is one already
     """
 
@@ -94,6 +101,7 @@ class Movement:
     objective: Objective
     angles_rad: np.ndarray
     drive: Drive
+    bounds: Bounds = Bounds()
     mesh: Problem | None = None
 
     def problem(self, body: Body, hessian: str = "exact") -> Problem:
@@ -121,7 +129,10 @@ class Movement:
         """Mesh, layout and bounds for all bodies; it is not solved itself."""
         body, objective = self.body, self._objective(self.body)
         if self.mesh is None:
-            return Problem(self.forces, body.muscles, pack(body.parameters), objective, "exact")
+            parameters = pack(body.parameters)
+            return Problem(
+                self.forces, body.muscles, parameters, objective, "exact", bounds=self.bounds
+            )
         collocation = replace(
             self.mesh.collocation,
             muscles=body.muscles,
@@ -137,7 +148,7 @@ class Movement:
 
     def _objective(self, body: Body) -> Objective:
         inclination, version = body.glenoid_rad
-        emg = self.drive.term(body.effort)
+        emg = self.drive.term(self.objective.effort * body.effort)
         weights = self.objective.weights
         weighted = replace(
             weights,
@@ -269,7 +280,7 @@ def movement(model: ParticipantModel, observed: Observation, settings: GapSettin
     """The problem of a recorded movement with the nominal body of a participant."""
     angles = pose_to_trial(observed.pose)
     errors = pose_errors(model.forces.dynamics.name)
-    w = settings.weights
+    w, choices = settings.weights, settings.choices
     weights = Weights(
         trajectory=w["trajectory_quaternion"],
         activation=w["activation"] * (1.0 - EXCITATION_EFFORT),
@@ -286,7 +297,8 @@ def movement(model: ParticipantModel, observed: Observation, settings: GapSettin
         body = _on_soft_ribs(body)
     else:
         free = with_capsule(pack(body.parameters), model.record)
-        body = replace(body, parameters=unpack(free))
+        chosen = chosen_parameters(free, model.record, choices)
+        body = replace(body, parameters=unpack(chosen))
     drive = no_drive(len(angles), len(body.effort))
     objective = Objective(
         errors=errors,
@@ -296,16 +308,20 @@ def movement(model: ParticipantModel, observed: Observation, settings: GapSettin
         glenoid=(float(body.glenoid_rad[0]), float(body.glenoid_rad[1])),
         superior_inferior_share=superior_inferior_share(model.record),
         activity=np.ones(len(angles)),
+        effort=effort_factors(model.muscles, w.get("strength_exponent", 0.0)),
         emg=drive.term(body.effort),
     )
-    meshes = _meshes(model)
-    move = Movement(model.forces, body, objective, angles, drive, meshes.get(len(angles)))
+    meshes = _meshes(model, choices)
+    mesh = meshes.get(len(angles))
+    # A trial is a part of a motion: what holds at the ends of the whole says nothing of its ends.
+    bounds = replace(chosen_bounds(choices, observed.pose), coordinates=None, ends_at_rest=False)
+    move = Movement(model.forces, body, objective, angles, drive, bounds, mesh)
     meshes.setdefault(len(angles), move.set_up)
     return move
 
 
 @lru_cache(maxsize=1)
-def _meshes(model: ParticipantModel) -> dict[int, Problem]:
+def _meshes(model: ParticipantModel, choices: ProblemChoices) -> dict[int, Problem]:
     """Problems of the model in use by number of nodes: opty's set-up takes seconds."""
     return {}
 

@@ -9,7 +9,7 @@ import pytest
 from gap_files import GAIN, HASHES, STRENGTH, finished_diagnosis
 from synthetic_study import solution
 
-from scapulohumeral.configuration.check import REAL_CASES, read_real_cases
+from scapulohumeral.configuration.check import REAL_CASES, read_real_cases, read_simulator
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.benchmark.real_cases import COLUMNS, case_table, judged
 from scapulohumeral.gap.benchmark.real_trials import RealTrials
@@ -17,6 +17,7 @@ from scapulohumeral.gap.benchmark.simulated_motions import write_elevations
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.labels import NO_GAP, matches
+from scapulohumeral.gap.nominal.simulator import simulating_model
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import read_trials
 from scapulohumeral.gap.result import to_json
@@ -74,6 +75,25 @@ def test_wrong_answer_and_truth_outside_the_library() -> None:
     row = judged(answer(), [])
     assert row["truth"] == "none"
     assert row["truth_p"] == pytest.approx(0.05)
+
+
+def test_half_of_a_pair_is_not_the_answer_but_said() -> None:
+    pair = f"{STRENGTH} + {GAIN}"
+    said = {**answer(), "set90": [pair, "none"]}
+    row = judged(said, [STRENGTH])
+    assert (row["in_set90"], row["in_pair90"]) == (False, True)
+    assert not judged(said, ["body/hand_load"])["in_pair90"]
+
+
+def test_what_made_simulations_is_an_input_of_their_diagnosis(tmp_path: Path) -> None:
+    made_of = RealTrials(CASES, REAL_CASES, "none", tmp_path).inputs
+    assert "simulator" not in made_of("published_healthy")
+    file, *made = made_of("cuff_quarter")["simulator"]
+    simulator = read_simulator(Path(file))
+    assert made == [str(path) for path in simulator.files]
+    assert simulator.variant == "published"
+    with pytest.raises(ConfigError, match=r"nowhere.json is no file here"):
+        simulating_model(replace(simulator, model="nowhere.json"))
 
 
 def test_share_of_a_new_task_counts_before_that_of_held_out_trials() -> None:

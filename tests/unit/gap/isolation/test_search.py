@@ -26,6 +26,7 @@ GAIN = EFFECTS["measurement/emg_gain/EMG_a"]
 LOOSE = (hypothesis(DAMPING, 1), hypothesis(MASS, 2), hypothesis(GAIN, 3))
 FIRM = tuple(replace(h, stiffness=10.0) if h.effects[0].changes_body else h for h in LOOSE)
 SAME = residual(LOOSE[0].slope @ [2.0] + noise(1))
+LABELS = [h.label for h in LOOSE]
 SETTINGS = replace(USUAL, short_list=1, signature_error=ERROR)
 COLUMNS = np.random.default_rng(6).normal(size=(SIZE, 4))
 
@@ -234,6 +235,21 @@ def test_an_effect_that_stays_far_behind_is_not_solved_again(evidence, monkeypat
     monkeypatch.setattr(search, "BEHIND", -1e6)
     fit_all(evidence, None, 1, [])
     assert {label for label, *_ in asked} <= {GAIN.label}
+
+
+def test_of_simulations_solutions_count_and_all_that_come_near_are_solved(evidence, monkeypatch):
+    simulated = replace(evidence.settings, of_simulations=True)
+    asked = solving(monkeypatch, -9.0)
+    found = fit_all(replace(evidence, settings=simulated), None, 1, [])
+    near = {label for label, *_ in asked}
+    assert len(near) > simulated.short_list
+    before = {
+        (f.label, supposed(f)): f.log_evidence for fits in evidence.fits.values() for f in fits
+    }
+    after = {(f.label, supposed(f)): f.log_evidence for f in found.every if f.label in LABELS}
+    lost = {key: before[key] - value for key, value in after.items() if value != before[key]}
+    assert {label for label, _ in lost} == near
+    assert list(lost.values()) == pytest.approx([9.0] * len(near))
 
 
 def test_a_stiffness_without_solution_is_not_tried_again_in_the_family(evidence):

@@ -50,6 +50,14 @@ def test_problem_of_a_body_is_the_one_that_is_set_up_anew(quaternion_equations, 
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
 
 
+def test_effort_of_a_muscle_counts_alike_for_activations_and_excitations(quaternion_equations):
+    move = small_movement(quaternion_equations)
+    effort = np.array([0.5, 1.0, 4.0])
+    move = replace(move, objective=replace(move.objective, effort=effort))
+    coupling = move._objective(move.body).emg.coupling
+    np.testing.assert_allclose(coupling, np.diag(effort * move.body.effort), rtol=1e-12)
+
+
 def test_movements_of_one_model_share_a_set_up(quaternion_equations):
     """A faster movement gets the problem that is set up for it alone."""
     first = small_movement(quaternion_equations)

@@ -6,8 +6,8 @@ import pytest
 from made_up_hypotheses import DAMPING, GAIN, hypothesis, noise, residual
 
 from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
-from scapulohumeral.gap.verdict.misfit import misfit
 
 pytestmark = pytest.mark.unit
 RIGHT, WRONG = hypothesis(DAMPING, 1), hypothesis(GAIN, 2)

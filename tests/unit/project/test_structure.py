@@ -12,7 +12,7 @@ pytestmark = pytest.mark.unit
 # own, and from its own. Those in one row know nothing of each other.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors",),
-    ("documents", "templates"),
+    ("documents", "templates", "cached_file"),
     ("provenance",),
     ("instructions",),
     ("model",),

@@ -122,7 +122,7 @@ class ErrorsRow(NamedTuple):
 
     Stiffness with which the person keeps a movement and standard deviation of another movement
     [deg], both beside the best effect; share of what sessions are assumed to change, signature
-    error; `MISFIT`, see `verdict.misfit`.
+    error; `MISFIT`, see `isolation.misfit`.
     """
 
     error: str

@@ -276,7 +276,7 @@ def _phases(settings: SolverSettings, warm: bool) -> list[tuple[str, dict]]:
     """Hessian modes in order, with the options that differ."""
     cold = {"mu_init": settings.barrier_start, "max_iter": settings.max_iterations}
     barrier = max(settings.barrier_exact, settings.barrier_target)
-    exact = {"mu_init": barrier, "max_iter": settings.max_iterations}
+    exact: dict = {"mu_init": barrier, "max_iter": settings.max_iterations}
     if settings.barrier_least > 0:
         exact |= {
             "mu_strategy": "adaptive",

@@ -19,6 +19,8 @@ COVERAGE = 0.9
 UNDECIDED = 0.5
 # A cause that is not named, whatever speaks against it, is at most as probable as not.
 UNPROVEN = 0.5
+# Probabilities nearer than this share of themselves are equal: solves do not tell them apart.
+TIED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -146,9 +148,11 @@ def credible_set(found: Posterior) -> tuple[str, ...]:
     """The most probable answers that together reach 90 % of the posterior probability.
 
     A credible set: nothing outside of the model of the case vouches for how often it holds the
-    truth, which the score card of blind cases measures.
+    truth, which the score card of blind cases measures. Answers as probable as its last one belong
+    to it too: which of equals comes first is rounding.
     """
     every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
     ordered = sorted(every, key=lambda label: -every[label])
     total = np.cumsum([every[label] for label in ordered])
-    return tuple(ordered[: int(np.searchsorted(total, COVERAGE) + 1)])
+    least = every[ordered[int(np.searchsorted(total, COVERAGE))]] * (1.0 - TIED)
+    return tuple(label for label in ordered if every[label] >= least)

@@ -165,6 +165,13 @@ def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
     assert credible_set(alone) == ("no_gap", "a")
 
 
+@pytest.mark.parametrize("rounding", [0.0, 1e-15, -1e-15, 1e-9, -1e-9])
+def test_equally_probable_answers_are_in_the_credible_set_together(rounding: float):
+    tied = {"a": 0.85, "b": 0.03, "c": 0.03 + rounding, "d": 0.03 - rounding, "e": 0.02}
+    found = Posterior(tied, none=0.04, no_gap=0.0)
+    assert set(credible_set(found)) == {"a", "none", "b", "c", "d"}
+
+
 def test_motion_without_a_gap_names_no_cause():
     told = scores(a=50.0)
     silent = posterior(told, heard(PLAIN, present=False, told=False, excess=1.0), FREE)

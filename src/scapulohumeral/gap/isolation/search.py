@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +67,10 @@ def fit_all(
     families, then those that would be stronger if a new solution told as much of them as it told
     of their family. Those that would stay far behind the strongest even so are not solved again.
 
+    The strongest is solved with the next stiffness too. Amplitude and interval in the answer are
+    those of one stiffness, and which of them is probable, derivatives hardly tell: solutions for a
+    yielding person add more to them.
+
     A simulation does what its model solves: there a new solution counts whatever the derivative
     promised, and all that do not stay far behind are solved again.
     """
@@ -86,12 +90,23 @@ def fit_all(
                     f"{first.label}: not solved again; its amplitude is a linear estimate"
                 )
                 continue
-            one = supposed(solved)
-            by_person[one] = tuple(_better(f, solved, simulated) for f in by_person[one])
+            by_person = _with(by_person, solved, simulated)
+    for other in told.untried():
+        solved = _refit_any([other], evidence, model)
+        by_person = by_person if solved is None else _with(by_person, solved, simulated)
     singles = tuple(f for fits in by_person.values() for f in fits)
     pairs = tuple(f for one in _probable(evidence) for f in _pairs(evidence, by_person, one))
     every = (*singles, *pairs)
     return Explanations(every, tuple(integrated(every, evidence.suppositions)))
+
+
+def _with(
+    by_person: Mapping[Supposition, tuple[Fit, ...]], solved: Fit, simulated: bool
+) -> dict[Supposition, tuple[Fit, ...]]:
+    """All fits, with one that was solved again where it counts, see :func:`fit_all`."""
+    one = supposed(solved)
+    better = tuple(_better(f, solved, simulated) for f in by_person[one])
+    return {**by_person, one: better}
 
 
 def _rounds(count: int) -> tuple[int, int]:
@@ -107,6 +122,7 @@ class _Told:
     gains : by family, log evidence that a new solution has added
     done : labels that were looked at; unsolved : families and stiffnesses without a solution
     strongest : largest log evidence with prior
+    best : the strongest of those that were solved again, as it was solved
     """
 
     def __init__(self, evidence: Evidence) -> None:
@@ -115,6 +131,7 @@ class _Told:
         self.done: set[str] = set()
         self.unsolved: set[tuple[str, float]] = set()
         self.strongest = max(map(self._weight, evidence.screened))
+        self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
         # By as much evidence will be divided.
         error = evidence.settings.signature_error
@@ -160,8 +177,17 @@ class _Told:
                 gain = solved.log_evidence - _alternatives(first, self.evidence)[0].log_evidence
                 self.gains[name] = max(gain, self.gains.get(name, 0.0))
                 self.strongest = max(self.strongest, self._weight(solved))
+                if self.best is None or self._weight(solved) > self._weight(self.best):
+                    self.best = solved
                 return
             self.unsolved.add((name, _stiffness(tried)))
+
+    def untried(self) -> list[Fit]:
+        """What is left to be solved of the strongest: none if its first choice had no solution."""
+        if self.best is None or self._weight(self.best) < self.strongest:
+            return []
+        first, *others = _alternatives(self.best, self.evidence)
+        return others if _stiffness(first) == _stiffness(self.best) else []
 
     def _weight(self, one: Fit) -> float:
         return one.log_evidence + float(np.log(self.evidence.prior[one.label]))

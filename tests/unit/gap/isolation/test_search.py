@@ -109,11 +109,16 @@ def test_screened_effects_are_integrated(evidence):
 
 @pytest.mark.parametrize(("gain", "counts"), [(9.0, True), (-9.0, False)])
 def test_a_new_solution_counts_only_with_more_evidence(evidence, monkeypatch, gain, counts):
-    """It replaces the derivative under the supposition that it was solved with, and no other."""
+    """It replaces the derivative under the supposition that it was solved with, and no other.
+
+    The strongest is solved with both degrees of stiffness.
+    """
     [first] = strongest(evidence.screened, evidence.prior, 1)
     asked = solving(monkeypatch, gain)
     found = fit_all(evidence, None, 1, [])
-    assert asked == [(DAMPING.label, *supposed(first), first.moved_deg)]
+    other = supposed(first)._replace(stiffness=11.0 - supposed(first).stiffness)
+    tried = [supposed(first), other] if counts else [supposed(first)]
+    assert asked == [(DAMPING.label, *one, one.moved_deg) for one in tried]
     before = {
         supposed(f): f.log_evidence
         for fits in evidence.fits.values()
@@ -121,7 +126,8 @@ def test_a_new_solution_counts_only_with_more_evidence(evidence, monkeypatch, ga
         if f.label == DAMPING.label
     }
     after = {supposed(f): f.log_evidence for f in found.every if f.label == DAMPING.label}
-    before[supposed(first)] += gain if counts else 0.0
+    for one in tried:
+        before[one] += gain if counts else 0.0
     assert after == pytest.approx(before)
     [whole] = [f for f in found.integrated if f.label == DAMPING.label]
     assert supposed(whole) == supposed(first)
@@ -259,5 +265,18 @@ def test_a_stiffness_without_solution_is_not_tried_again_in_the_family(evidence)
     told.learn(first, loose.with_evidence(firm.log_evidence + 3.0))
     assert told.alternatives(first) == [loose]
     assert list(told.gains.values()) == [pytest.approx(3.0)]
+    # Of the strongest only what was not tried is left.
+    assert told.untried() == []
     told.learn(first, None)
     assert told.alternatives(first) == [firm, loose]
+
+
+def test_of_the_strongest_the_next_stiffness_is_left_to_be_solved(evidence):
+    told = search._Told(evidence)
+    [first] = strongest(evidence.screened, evidence.prior, 1)
+    assert told.untried() == []
+    firm, loose = told.alternatives(first)
+    told.learn(first, firm.with_evidence(firm.log_evidence - 3.0))
+    assert told.untried() == []
+    told.learn(first, firm.with_evidence(firm.log_evidence + 3.0))
+    assert told.untried() == [loose]

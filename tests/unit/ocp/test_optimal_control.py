@@ -18,6 +18,7 @@ from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Weights
 from scapulohumeral.ocp.optimality.kkt import certificate
 from scapulohumeral.ocp.problem import Bounds
+from scapulohumeral.ocp.solving.scaling import start_scaling
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 
 pytestmark = pytest.mark.unit
@@ -239,6 +240,30 @@ def test_warm_start_takes_few_iterations(make, cold_start):
     assert again.optimal
     assert again.iterations < first.iterations / 2
     assert again.objective == pytest.approx(first.objective, rel=1e-6)
+
+
+def test_a_far_start_ends_at_the_same_barrier_as_a_warm_one(equations, make, cold_start):
+    """Its own scaling holds in all phases: that of where Gauss-Newton ends is another one."""
+    objective = small_objective(equations.name, 12, 0.0)
+    objective = replace(objective, weights=replace(objective.weights, trajectory=2e4))
+
+    def steep(mode):
+        return small_problem(equations, objective, mode)
+
+    neighbour = solved(make, "automatic", cold_start).point
+    away = replace(neighbour, free=neighbour.free - 0.05)
+    same = SolverSettings(tolerance=1e-9, barrier_target=1e-3)
+    warm, far = (solve(steep, away, replace(same, far=far)) for far in (False, True))
+    assert warm.optimal
+    assert far.optimal
+    assert [step["phase"] for step in (*warm.history[:1], far.history[0], far.history[-1])] == [
+        "exact",
+        "gauss-newton",
+        "exact",
+    ]
+    first, last = (start_scaling(steep("exact"), free)[0] for free in (away.free, far.point.free))
+    assert abs(first / last - 1.0) > 0.2
+    np.testing.assert_allclose(far.point.free, warm.point.free, atol=1e-6)
 
 
 def test_iteration_limit_counts_as_failure(make, cold_start):

@@ -65,7 +65,8 @@ class Resolve:
         SolveError                       the movement with the effect cannot be solved
         """
         body = effect.apply(self.move.body, effect.physical(x))
-        point = self.move.solved(body, _inside(start, self.move.variant(body)), self.iterations)
+        inside = _inside(start, self.move.variant(body))
+        point = self.move.solved_again(body, inside, self.iterations)
         duration = self.of_task.mean_record.duration_s
         local = Linearised(self.move, body, point, duration, self.sensors)
         return difference(local.observed, self.of_task.nominal), local.by_effect(effect, x), point

@@ -24,12 +24,12 @@ from scipy import sparse
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.optimality.mumps import SymmetricFactors
 from scapulohumeral.ocp.problem import Problem
+from scapulohumeral.ocp.solving.scaling import gradient_scaling
 from scapulohumeral.ocp.solving.solver import Start
 
-# IPOPT's defaults: bounds are relaxed by this share, so its slacks are never zero; gradients above
-# the limit are scaled down; multipliers above the limit on average scale the errors down.
+# IPOPT's defaults: bounds are relaxed by this share, so its slacks are never zero; multipliers
+# above the limit on average scale the errors down.
 BOUND_RELAXATION = 1e-8
-SCALING_MAX_GRADIENT = 100.0
 SCALING_MAX_MULTIPLIER = 100.0
 # A bound whose slack and multiplier both lie below this may change between active and inactive.
 WEAKLY_ACTIVE = 1e-4
@@ -285,8 +285,8 @@ def _unscaled(conditions: _Conditions) -> OptimalityError:
 
 def _scaled(conditions: _Conditions) -> OptimalityError:
     """Error E_0 of IPOPT's convergence test (Waechter and Biegler 2006, eq. 5)."""
-    objective = float(_scaling(_largest(conditions.gradient)))
-    rows = _scaling(abs(conditions.jacobian).max(axis=1).toarray().ravel())
+    objective = float(gradient_scaling(_largest(conditions.gradient)))
+    rows = gradient_scaling(abs(conditions.jacobian).max(axis=1).toarray().ravel())
     multipliers = np.abs(objective * conditions.multipliers / rows)
     bounds = np.abs(objective * np.concatenate(conditions.bound_multipliers))
     count = multipliers.size + bounds.size
@@ -297,10 +297,6 @@ def _scaled(conditions: _Conditions) -> OptimalityError:
         feasibility=_largest(rows * conditions.constraints),
         complementarity=objective * unscaled.complementarity / _average_excess(bounds.mean()),
     )
-
-
-def _scaling(gradient: float | np.ndarray) -> np.ndarray:
-    return np.minimum(1.0, SCALING_MAX_GRADIENT / np.maximum(gradient, 1e-300))
 
 
 def _average_excess(average: float) -> float:

@@ -22,6 +22,7 @@ from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 from scapulohumeral.ocp.solving.checkpoint import Checkpoint, Iterate, Stop, stop_on_sigterm
 from scapulohumeral.ocp.solving.memory import keep_freed_memory
+from scapulohumeral.ocp.solving.scaling import start_scaling
 
 STRATEGIES = ("automatic", *HESSIANS)
 OPTIMAL = 0
@@ -65,6 +66,9 @@ class SolverSettings:
     barrier_coarse : barrier parameter at which a solution goes to the next mesh
     barrier_least : if above 0, the barrier of the exact phase falls by IPOPT's quality function,
         from `barrier_exact` at most to this
+    far : whether a start is the solution of a neighbour so far away that its multipliers are no
+        help: "automatic" then begins with Gauss-Newton, and all phases have the scaling of the
+        start, so that `barrier_target` means the same as in the start's own solution
     """
 
     strategy: str = "automatic"
@@ -77,6 +81,7 @@ class SolverSettings:
     coarse: tuple[int, ...] = ()
     barrier_coarse: float = 1e-5
     barrier_least: float = 0.0
+    far: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what IPOPT would not understand."""
@@ -223,7 +228,7 @@ def solve(
     Parameters
     ----------
     make_problem : builds the problem for a Hessian mode
-    start : starting point; with multipliers, the Gauss-Newton phase is skipped
+    start : starting point; with multipliers, the Gauss-Newton phase is skipped unless it is far
     settings : strategy and tolerances
     log : progress, one JSON record per iteration
     """
@@ -239,9 +244,13 @@ def run_phases(
 ) -> Result:
     """As :func:`solve`, on the record of several solves."""
     keep_freed_memory()
-    point = start
-    for mode, options in _phases(settings, warm=start.multipliers is not None):
+    point = Start(start.free) if settings.far else start
+    for mode, options in _phases(settings, warm=point.multipliers is not None):
         problem = make_problem(mode)
+        if settings.far:
+            objective, constraints = start_scaling(problem, start.free)
+            problem.set_problem_scaling(objective, g_scaling=constraints)
+            options["nlp_scaling_method"] = "user-scaling"
         problem.progress = recorder.phase(mode, problem)
         point, info = _run(problem, point, {**_common(mode, settings), **options})
         recorder.refuse_to_go_on_if_stopped()

@@ -14,7 +14,7 @@ from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation import priors
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
-from scapulohumeral.gap.nominal.optimal_movement import nominal_body
+from scapulohumeral.gap.nominal.optimal_movement import movement, nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.recording.case import Case
@@ -75,6 +75,8 @@ def assemble(
         (task, mean_record, model, effects, records.sensors, local, bias_is_told)
         for task, mean_record in records.mean_records.items()
     ]
+    # The set-up that all movements of the model share, before processes part.
+    movement(model, next(iter(records.mean_records.values())), local)
     found = side_by_side(_respond_or_reason, jobs, case.threads)
     signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
     records = solved_part(records, found, warnings)

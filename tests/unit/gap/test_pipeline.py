@@ -139,6 +139,7 @@ def _quick(request, monkeypatch):
 @pytest.fixture(autouse=True)
 def _made_up(monkeypatch):
     monkeypatch.setattr(assembly, "task_signatures", made_up_response)
+    monkeypatch.setattr(assembly, "movement", lambda *_: None)
     for module in (assembly, differences):
         monkeypatch.setattr(module, "nominal_body", lambda model, nodes: small_body())
     monkeypatch.setattr(search, "_refit_or_keep", lambda first, *rest: first)

@@ -28,6 +28,8 @@ CLOSE = 3.0
 # A predicted change below this length, in units of the noise, is nothing that solving again would
 # make larger.
 INVISIBLE = 0.5
+# Effects that are solved again side by side; those that come next depend on what these tell.
+AT_ONCE = 2
 # Share of what an effect's derivative explains, in log evidence, that a new solution may add: twice
 # as much as any did. In two golden cases and one of the benchmark 14 new solutions added up to 0.16
 # of it where there was EMG, and up to 0.07 to motion alone.
@@ -109,9 +111,9 @@ def _with(
     return {**by_person, one: better}
 
 
-def _rounds(count: int) -> tuple[int, int]:
-    """How many effects are solved again at first, and once it is known what that tells."""
-    return (count + 1) // 2, count // 2
+def _rounds(count: int) -> list[int]:
+    """How many effects are solved again at first, and each time that more is known of them."""
+    return [min(AT_ONCE, count - done) for done in range(0, count, AT_ONCE)]
 
 
 class _Told:

@@ -20,8 +20,8 @@ LARGEST_STEP = 1.5
 
 
 # Exact iterations of a solve of a tracked movement from one without the effect: after Gauss-Newton
-# 38 solves of a case with EMG, on two meshes, needed 1 to 14. One that needs many more is not on
-# its way; a predicted one needed 61 without Gauss-Newton.
+# 24 solves of a case with EMG, on two meshes, needed 1 to 6. One that needs many more is not on its
+# way; a predicted one needed 61 without Gauss-Newton.
 WARM_ITERATIONS = 60
 
 

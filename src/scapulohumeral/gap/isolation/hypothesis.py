@@ -5,7 +5,7 @@ Letters: D coefficients, P parameters, E effects.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from scapulohumeral.gap.effects.base import Effect
-from scapulohumeral.gap.isolation.model_error import SignatureError, change_error, own_error
+from scapulohumeral.gap.isolation.model_error import SignatureError, own_error, sum_error
 from scapulohumeral.gap.labels import JOIN
 from scapulohumeral.gap.residual.residual import Residual
 
@@ -79,13 +79,26 @@ class Hypothesis:
 
     def error(self, x: np.ndarray, residual: Residual, relative: float) -> SignatureError:
         """Error of the change predicted at internal parameters (P,), of each effect by itself."""
-        changes = zip(self.effects, self.changes(x).T, strict=True)
-        return SignatureError(
-            [
-                change_error(residual, change, own_error(effect, relative), effect.changes_body)
-                for effect, change in changes
-            ]
-        )
+        return self.errors(residual, relative)(x)
+
+    def errors(self, residual: Residual, relative: float) -> Callable[[np.ndarray], SignatureError]:
+        """The same at any internal parameters."""
+        every = [
+            sum_error(
+                residual,
+                np.column_stack([value, self.slope[:, part]]),
+                own_error(effect, relative),
+                effect.changes_body,
+            )
+            for effect, value, part in zip(self.effects, self.value.T, self._parts, strict=True)
+        ]
+
+        def at(x: np.ndarray) -> SignatureError:
+            moved = x - self.at
+            weights = [np.concatenate([[1.0], moved[part]]) for part in self._parts]
+            return SignatureError([one.at(w) for one, w in zip(every, weights, strict=True)])
+
+        return at
 
     def part(self, rows: np.ndarray) -> Hypothesis:
         """The same for some coefficients."""

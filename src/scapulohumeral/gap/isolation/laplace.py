@@ -7,7 +7,9 @@ Letters: D coefficients, P parameters.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -77,9 +79,10 @@ class _System:
     slope: np.ndarray
     target: np.ndarray
 
-    def error(self, x: np.ndarray) -> SignatureError:
+    @cached_property
+    def error(self) -> Callable[[np.ndarray], SignatureError]:
         """Error of what parameters (P,) predict."""
-        return self.hypothesis.error(x, self.residual, self.relative_error)
+        return self.hypothesis.errors(self.residual, self.relative_error)
 
     def left(self, x: np.ndarray) -> np.ndarray:
         """What parameters (P,) leave of the difference, (D,)."""
@@ -127,15 +130,34 @@ class _System:
 
 def _least(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Parameters (P,) of least squares with normal equations (P, P) and (P,) inside bounds."""
+    if len(right) == 1:
+        return np.clip(right / normal[0], low, high)
     free = np.linalg.solve(normal, right)
-    if len(free) == 1 or np.all((low <= free) & (free <= high)):
-        return np.clip(free, low, high)
+    if np.all((low <= free) & (free <= high)):
+        return free
+    if len(right) == 2:
+        return _least_on_edges(normal, right, low, high)
     factor = np.linalg.cholesky(normal)
     span = np.maximum(high - low, 1e-9)
     # An active set of few parameters is exact and ten times as fast as an interior point.
     target = np.linalg.solve(factor, right)
     solved = lsq_linear(factor.T, target, (low - 1e-12 * span, high), method="bvls")
     return np.clip(solved.x, low, high)
+
+
+def _least_on_edges(
+    normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """The same for two parameters, where without bounds they would be beyond one."""
+    points = []
+    for held, free in ((0, 1), (1, 0)):
+        for end in (low[held], high[held]):
+            x = np.empty(2)
+            x[held] = end
+            least = (right[free] - normal[free, held] * end) / normal[free, free]
+            x[free] = min(max(least, low[free]), high[free])
+            points.append(x)
+    return min(points, key=lambda x: 0.5 * x @ normal @ x - right @ x)
 
 
 def _log_prior(hypothesis: Hypothesis, x: np.ndarray) -> float:

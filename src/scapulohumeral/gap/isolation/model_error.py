@@ -4,12 +4,14 @@ A person may share out a load among muscles and joints in another way than the m
 Each channel then changes more or less than predicted, much alike in all tasks. Angles or EMG may
 change about as much, but elsewhere and at other phases.
 
-Letters: D coefficients, K channels, T tasks, E errors.
+Letters: D coefficients, K channels, T tasks, E errors, C changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -60,10 +62,16 @@ class SignatureError:
         self._weight = 1.0 / variance
         self._weighted = rows * self._weight
         inner = self._weighted @ rows.T
-        inner[np.diag_indices_from(inner)] += 1.0
+        inner.ravel()[:: len(inner) + 1] += 1.0
         # As cho_factor does, whose checks take longer than the factors of so few rows.
         self._factor, _ = dpotrf(inner.T, lower=True, overwrite_a=True)
-        self.logdet = float(np.log(variance).sum() + 2.0 * np.log(np.diag(self._factor)).sum())
+        self._variance = variance
+
+    @cached_property
+    def logdet(self) -> float:
+        """Log determinant of the covariance, which least squares do not ask for."""
+        diagonal = self._factor.diagonal()
+        return float(np.log(self._variance).sum() + 2.0 * np.log(diagonal).sum())
 
     def solve(self, vectors: np.ndarray) -> np.ndarray:
         """Inverse of the covariance times vectors (D,) or (D, P)."""
@@ -87,6 +95,59 @@ def own_error(effect: Effect, relative: float) -> float:
     return relative if effect.changes_body else RECORD_SHARE * relative
 
 
+@dataclass(frozen=True, eq=False)
+class SumError:
+    """Error of a predicted change that is a sum of C changes, whatever the weight of each.
+
+    Least squares ask for it at every step, with other weights each time.
+
+    Attributes
+    ----------
+    rows : (C, E, D) of each change: those of the sum are their weighted sums
+    squares : (C, C) forms of the weights, of which each is a mean square
+    variances : (D,) for a mean square of one; shapes : (R, D) rows likewise; by number of the form
+    """
+
+    rows: np.ndarray
+    squares: list[np.ndarray]
+    variances: dict[int, np.ndarray]
+    shapes: dict[int, np.ndarray]
+
+    def at(self, weights: np.ndarray) -> ChangeError:
+        """The error with weights (C,)."""
+        count, *shape = self.rows.shape
+        rows = (weights @ self.rows.reshape(count, -1)).reshape(shape)
+        sizes = [float(weights @ square @ weights) for square in self.squares]
+        variance = sum(
+            (sizes[i] * one for i, one in self.variances.items()), start=np.zeros(shape[1])
+        )
+        shapes = [np.sqrt(max(sizes[i], 0.0)) * one for i, one in self.shapes.items()]
+        return ChangeError(variance, np.concatenate([rows, *shapes]) if shapes else rows)
+
+
+def sum_error(
+    residual: Residual, changes: np.ndarray, relative: float, controlled: bool
+) -> SumError:
+    """Error of weighted sums of changes (D, C); other parameters as for :func:`change_error`."""
+    axes = residual.axes
+    rows = relative * np.stack([axes.channels(change) for change in changes.T])
+    if not controlled:
+        whole = rows.sum(axis=1)
+        spread = SPREAD_SHARE**2 / whole.shape[1] * whole @ whole.T
+        return SumError(rows, [spread], {0: np.ones(whole.shape[1])}, {})
+    partly = [partly_alike(one, axes.tasks, TASK_FACTOR, COMMON_FACTOR) for one in rows]
+    squares, variances, shapes = [], {}, {}
+    for i, kind in enumerate(residual.kinds):
+        size = SHAPE_ERROR[kind.name] * relative
+        shown = changes[kind.rows] / kind.deviations[:, None]
+        squares.append(size**2 / len(shown) * shown.T @ shown)
+        if kind.name in axes.variances:
+            variances[i] = axes.variances[kind.name]
+        elif kind.name in axes.rows:
+            shapes[i] = axes.rows[kind.name]
+    return SumError(np.stack(partly), squares, variances, shapes)
+
+
 def change_error(
     residual: Residual, change: np.ndarray, relative: float, controlled: bool
 ) -> ChangeError:
@@ -99,20 +160,4 @@ def change_error(
     relative : error of each channel's change, relative
     controlled : whether muscles make the change, so that its shape depends on a person's control
     """
-    axes = residual.axes
-    rows = relative * axes.channels(change)
-    if not controlled:
-        whole = rows.sum(axis=0)
-        spread = SPREAD_SHARE**2 * float(whole @ whole) / len(whole)
-        return ChangeError(np.full(len(whole), spread), rows)
-    variance = np.zeros(len(change))
-    every = [partly_alike(rows, axes.tasks, TASK_FACTOR, COMMON_FACTOR)]
-    for kind in residual.kinds:
-        size = SHAPE_ERROR[kind.name] * relative
-        shown = change[kind.rows] / kind.deviations
-        mean_square = size**2 * float(shown @ shown) / len(shown)
-        if kind.name in axes.variances:
-            variance += mean_square * axes.variances[kind.name]
-        elif kind.name in axes.rows:
-            every.append(np.sqrt(mean_square) * axes.rows[kind.name])
-    return ChangeError(variance, np.concatenate(every))
+    return sum_error(residual, change[:, None], relative, controlled).at(np.ones(1))

@@ -16,10 +16,11 @@ from made_up_hypotheses import (
     noise,
     residual,
 )
+from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
-from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
+from scapulohumeral.gap.isolation.laplace import _least, fit, no_gap_evidence, task_agreement
 from scapulohumeral.gap.isolation.model_error import (
     COMMON_FACTOR,
     SPREAD_SHARE,
@@ -370,3 +371,19 @@ def test_hint_names_what_is_closest_and_where_it_enters():
     )
     assert hint(near, unknown, ()).endswith("b (leaves 60 % unexplained)")
     assert hint(near, Posterior({"a": 0.7, "b": 0.1, "c": 0.1}, 0.1, 0.0), entered) is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_least_squares_inside_bounds_are_those_of_scipy(count):
+    """One and two parameters have ways of their own."""
+    rng = np.random.default_rng(count)
+    at_bounds = 0
+    for _ in range(50):
+        root = rng.normal(size=(count + 3, count))
+        target = rng.normal(size=count + 3)
+        low, high = np.sort(rng.normal(size=(2, count)), axis=0)
+        expected = lsq_linear(root, target, (low, high), method="bvls", tol=1e-14).x
+        found = _least(root.T @ root, root.T @ target, low, high)
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+        at_bounds += bool(np.any((found == low) | (found == high)))
+    assert 10 < at_bounds < 50

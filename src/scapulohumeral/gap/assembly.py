@@ -70,9 +70,9 @@ def assemble(
         # Errors of electrodes and of the model's EMG levels are one unknown here.
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
-    bias_is_told = emg_tells_bias(case, records)
+    told = emg_tells_bias(case, records), not records.reference
     jobs = [
-        (task, mean_record, model, effects, records.sensors, local, bias_is_told)
+        (task, mean_record, model, effects, records.sensors, local, *told)
         for task, mean_record in records.mean_records.items()
     ]
     # The set-up that all movements of the model share, before processes part.

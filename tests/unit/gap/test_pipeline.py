@@ -86,7 +86,7 @@ def made_up_movement(channels):
     return change
 
 
-def made_up_response(task, mean_record, model, effects, sensors, settings, emg_tells_bias):
+def made_up_response(task, mean_record, model, effects, sensors, settings, *_):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = channel_names(sensors.channels, sensors.contact)
     signatures = tuple(
@@ -254,18 +254,21 @@ def test_effects_are_found_however_firmly_the_movement_is_kept(stiffness):
 def test_control_bias_is_read_from_reference_trials_of_known_level(
     reference, unit, tells, monkeypatch
 ):
-    """EMG of test trials holds the effect that is looked for; one of its own maximum no level."""
+    """EMG of test trials holds the effect that is looked for; one of its own maximum no level.
+
+    What predictions follow is asked for without reference trials only.
+    """
     told = []
 
     def task_signatures(*job):
-        told.append(job[-1])
+        told.append(job[-2:])
         return made_up_response(*job)
 
     monkeypatch.setattr(assembly, "task_signatures", task_signatures)
     known = case(effect=RIGHT, reference=reference)
     participant = replace(known.participant, emg_unit=unit)
     diagnose(replace(known, participant=participant), None, SETTINGS)
-    assert told == [tells] * len(TASKS)
+    assert told == [(tells, not reference)] * len(TASKS)
 
 
 def smallest_gain(answer):

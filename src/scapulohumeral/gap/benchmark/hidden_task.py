@@ -134,9 +134,9 @@ def _compared(
     effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
     [mean_record], [[test]] = unseen.mean_records.values(), unseen.test.values()
-    bias_is_told = emg_tells_bias(case, records)
+    told = emg_tells_bias(case, records), not records.reference
     of_task = task_signatures(
-        "hidden", mean_record, model, effects, records.sensors, settings, bias_is_told
+        "hidden", mean_record, model, effects, records.sensors, settings, *told
     )
     spread, base = None, mean_record
     if not records.reference:

@@ -114,11 +114,13 @@ class Linearised:
         changes = self.through(right.reshape(len(right), -1))
         return changes.reshape(DOF, SMOOTH, *changes.shape[1:])
 
-    def following(self, records: Sequence[tuple[Observation, Observation]], span: float) -> Array:
-        """Change (R, N, K) of the prediction between pairs of tracked records, over `span`."""
+    def following(
+        self, records: Sequence[tuple[Observation, Observation]], spans: Sequence[float]
+    ) -> Array:
+        """Change (R, N, K) of the prediction between pairs of tracked records, over spans (R,)."""
         columns = [
             self._by_reference(pose_to_trial(ahead.pose), pose_to_trial(behind.pose), span)
-            for ahead, behind in records
+            for (ahead, behind), span in zip(records, spans, strict=True)
         ]
         return self.through(np.stack(columns, axis=1))
 
@@ -190,9 +192,34 @@ def _derivative(steps: Steps) -> Array:
     return np.stack([difference(ahead, behind) / (2.0 * STEP) for ahead, behind in steps])
 
 
-def _followed(local: Linearised, effect: Effect, mean_record: Observation) -> Array:
-    """Change (P, N, K) of the prediction per unit of an effect on the record that it tracks."""
-    if effect.changes_body:
-        return np.zeros((len(effect.params), *difference(mean_record, mean_record).shape))
-    steps = _recorded_steps(effect, np.zeros(len(effect.params)), mean_record)
-    return local.following(steps, 2.0 * STEP)
+def followed(
+    local: Linearised,
+    effects: Sequence[Effect],
+    nuisances: Sequence[Observation],
+    mean_record: Observation,
+) -> tuple[tuple[Array, ...], Array]:
+    """Change of the prediction once a changed record is the one to track.
+
+    Parameters
+    ----------
+    nuisances : records that are wrong by one standard deviation each, at least one
+
+    Returns
+    -------
+    effects : (P, N, K) per unit of each effect
+    nuisances : (R, N, K)
+    """
+    steps = {
+        effect.label: _recorded_steps(effect, np.zeros(len(effect.params)), mean_record)
+        for effect in effects
+        if not effect.changes_body
+    }
+    pairs = [pair for several in steps.values() for pair in several]
+    spans = [2.0 * STEP] * len(pairs) + [1.0] * len(nuisances)
+    changes = local.following([*pairs, *((one, mean_record) for one in nuisances)], spans)
+    ends = np.cumsum([len(several) for several in steps.values()])
+    *by_effect, rest = np.split(changes, ends)
+    by_label = dict(zip(steps, by_effect, strict=True))
+    still = changes[:0].shape[1:]
+    found = [by_label.get(e.label, np.zeros((len(e.params), *still))) for e in effects]
+    return tuple(found), rest

@@ -27,7 +27,7 @@ from scapulohumeral.gap.recording.observables import (
     difference,
 )
 from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.linearise import DOF, Linearised, _followed, record_derivative
+from scapulohumeral.gap.signatures.linearise import DOF, Linearised, followed, record_derivative
 from scapulohumeral.gap.signatures.nuisances import (
     SMOOTH,
     SMOOTH_SHARES,
@@ -65,7 +65,7 @@ class TaskSignatures:
         stands for
     followed, followed_session, followed_unmeasured : change of the prediction by effects on the
         record, (P, N, K) each, by the session's nuisances and by those turns, (R, N, K), once the
-        changed record is the one to track
+        changed record is the one to track; empty if that was not asked for
     slack : (10, F, N, K) change per N m of each smooth generalised force
     levers : (N - 1, 10, M) generalised forces of full activations at mesh midpoints [N m]
     needed : (N - 1, 10) generalised forces that the muscles have to produce there [N m]
@@ -111,6 +111,7 @@ def task_signatures(
     sensors: SensorSetup,
     settings: GapSettings,
     emg_tells_bias: bool,
+    follows: bool,
 ) -> TaskSignatures:
     """Solve the nominal movement of a task and differentiate it.
 
@@ -120,6 +121,8 @@ def task_signatures(
     model, settings : of the nominal movement
     effects : what it is differentiated by; sensors : what is recorded
     emg_tells_bias : whether EMG tells how the person drives muscles without effects
+    follows : whether the prediction is to be compared with records that it follows, see
+        :meth:`TaskSignatures.of_residual`
 
     Raises
     ------
@@ -139,7 +142,10 @@ def task_signatures(
     sessions = session_records(mean_record, settings)
     records = [*sessions, *unmeasured_records(mean_record, sensors.unmeasured)]
     changes = np.stack([difference(one, mean_record) for one in records])
-    following = local.following([(one, mean_record) for one in records], 1.0)
+    effects_followed: tuple[Array, ...] = ()
+    records_followed = changes[:0]
+    if follows:
+        effects_followed, records_followed = followed(local, effects, records, mean_record)
     nuisance, unmeasured = slice(len(sessions)), slice(len(sessions), None)
     return TaskSignatures(
         task=task,
@@ -151,9 +157,9 @@ def task_signatures(
         posture=settings.session.posture_deg * _varying(intended),
         session=changes[nuisance],
         unmeasured=changes[unmeasured],
-        followed=tuple(_followed(local, effect, mean_record) for effect in effects),
-        followed_session=following[nuisance],
-        followed_unmeasured=following[unmeasured],
+        followed=effects_followed,
+        followed_session=records_followed[nuisance],
+        followed_unmeasured=records_followed[unmeasured],
         slack=local.slack(),
         levers=levers,
         needed=needed,

@@ -84,12 +84,12 @@ def test_prediction_follows_a_record_that_is_wrong(local):
         other = replace(move, objective=move.with_reference(pose_to_trial(pose)))
         x = other.trajectory(other.solved(other.body, local.point, 200))
         solved.append(predicted(x, 0.44, CHANNELS, RECORDER.electrodes, False))
-    [found] = local.following([(records[0], records[1])], 1.0)
+    [found] = local.following([(records[0], records[1])], [1.0])
     expected = difference(*solved)
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
 
 
-def followed(local):
+def followable(local):
     """A movement that muscles can follow to a few degrees, and its solution."""
     angles = pose_to_trial(local.move.trajectory(local.point).q) + 0.02
     move = replace(local.move, objective=local.move.with_reference(angles), angles_rad=angles)
@@ -98,7 +98,7 @@ def followed(local):
 
 def test_who_keeps_a_movement_firmly_shows_effects_less_in_its_angles(local):
     """As derivative and as solution: elsewhere the muscles have to make up for it."""
-    move, point = followed(local)
+    move, point = followable(local)
     loose = Linearised(move, move.body, point, 0.44, RECORDER)
     firm = loose.kept(10.0)
     load = next(e for e in library(SETUP) if e.label == "body/hand_load")
@@ -117,7 +117,7 @@ def test_who_keeps_a_movement_firmly_shows_effects_less_in_its_angles(local):
 
 def test_stiffness_leaves_the_solution(local):
     """To first order: along flat directions of the cost a little of it moves the angles."""
-    move, point = followed(local)
+    move, point = followable(local)
     kept = move.kept(point, 10.0)
     problem = kept.problem(move.body)
     before, after = (

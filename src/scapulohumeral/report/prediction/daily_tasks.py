@@ -1,8 +1,9 @@
 """Healthy predictions on the arm of recorded daily tasks, beside the recorded girdle.
 
 Elevations have chosen the model, daily tasks have not. Beside each prediction stands how far the
-model is from the recording where it is told to follow it with all segments. Every prediction has a
-row; failed solves have their status and no distances.
+model is from the recording where it is told to follow it with all segments, and how far that
+recording is from the elevations of the same person where the arm points the same way. Every
+prediction has a row; failed solves have their status and only the last of these.
 """
 
 from __future__ import annotations
@@ -15,15 +16,17 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import Participant, read_participant
+from scapulohumeral.model.rotations import Array, trial_to_pose
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
+from scapulohumeral.quantities.recordings_apart import Apart, recordings_apart
 from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
 
 CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
-# Angles of the girdle, by column; with the prefix those of the tracked motion.
+# Angles of the girdle, by column; with a prefix those of the tracked motion, or of the recordings.
 ANGLES = {
     "ur_rmse_deg": "upward rotation",
     "tilt_rmse_deg": "tilt",
@@ -31,10 +34,12 @@ ANGLES = {
     "clavicle_elevation_rmse_deg": "clavicle elevation",
 }
 TRACKED = "tracked_"
+APART = "apart_"
 COLUMNS = (
     *("participant", "task", "condition", "variant", "hand_load_kg", "status", CERTIFIED),
     *(field.name for field in fields(TaskDistance)),
     *(f"{TRACKED}{column}" for column in ANGLES),
+    *(f"{APART}{field.name}" for field in fields(Apart)),
     *(OUTSIDE, STOP_MOMENT),
 )
 
@@ -56,14 +61,21 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     ----------
     region : that muscle paths were fitted to
     """
-    names = {path.parent.name: path.parents[1] for path in files.participants}
-    fitted = {n: recorded_poses(read_participant(folder, n)) for n, folder in names.items()}
+    people = {
+        path.parent.name: read_participant(path.parents[1], path.parent.name)
+        for path in files.participants
+    }
+    fitted = {name: recorded_poses(person) for name, person in people.items()}
+    elevated = {name: _elevations(person) for name, person in people.items()}
     rows = []
     predictions = read_predictions(files.solutions, files.summaries)
     for one, path in zip(predictions, files.tracked, strict=True):
         recorded = read_solution(path)
         row = {"task": recorded.header["trial"], **one.names}
         row["hand_load_kg"] = one.summary["hand_load_kg"]
+        others = elevated[one.names["participant"]]
+        apart = asdict(recordings_apart(recorded.reference_pose, others))
+        row |= {f"{APART}{name}": value for name, value in apart.items()}
         if one.solved:
             pose = one.solution.pose
             same = on_mesh(recorded, float(np.diff(one.solution.time_s).mean()))
@@ -77,3 +89,8 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
             }
         rows.append(row)
     return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _elevations(person: Participant) -> Array:
+    """Poses of all recorded elevations, shape (T, 13)."""
+    return np.concatenate([trial_to_pose(motion.angles_rad) for motion in person.elevations])

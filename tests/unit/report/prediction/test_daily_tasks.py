@@ -15,6 +15,8 @@ from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.problem_choices import ProblemChoices
+from scapulohumeral.quantities.population import UPWARD_ROTATION
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS, TaskFiles, task_distances
 from scapulohumeral.stages.prediction import Condition
 
@@ -67,6 +69,10 @@ def test_each_task_is_compared_with_its_own_recording(tmp_path):
     assert turned.hand_load_kg == 2.0
     assert right.certified
     assert right.outside_fit_share == 0.0
+    known = thorax_angles(
+        trial_to_pose(read_participant(PARTICIPANTS, "par1").elevations[0].angles_rad)
+    )
+    assert 0.0 < right.apart_ur_rmse_deg < np.ptp(known[:, UPWARD_ROTATION])
 
 
 def test_a_scapula_where_no_path_was_fitted_is_counted(tmp_path):
@@ -78,5 +84,6 @@ def test_failed_solve_keeps_its_row_without_numbers(tmp_path):
     given = files(tmp_path, {"drinking": 0.0, "driving": 0.0}, failed="driving")
     table = task_distances(given, WIDE).set_index("task")
     assert table.status["driving"] == "failed"
+    assert table.apart_matched_share["driving"] > 0.0, "recordings need no solution"
     assert pd.isna(table.ur_rmse_deg["driving"])
     assert pd.isna(table.certified["driving"])

@@ -342,30 +342,47 @@ class VectorFunction:
     """A vector of expressions e(x; p) with exact derivatives, evaluated for many nodes.
 
     Letters: E expressions, X variables, P parameters.
+
+    Attributes
+    ----------
+    function : of x, p and weights: values, Jacobian and weighted curvature
+    slopes : of x and p: the first two alone, which is all that most steps of a solver ask for
     """
 
     function: ca.Function
+    slopes: ca.Function
 
     def first(self, x: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (N, E) and Jacobians (N, E, X) at x (N, X), p (N, P)."""
-        value, jacobian, _ = self._call(x, p, np.zeros((len(x), self.function.size1_in(2))))
-        return value, jacobian
+        value, jacobian = self._for_nodes(self.slopes, len(x))(x, p)
+        return value, _by_expression(jacobian, x)
 
     def all(
         self, x: np.ndarray, p: np.ndarray, weights: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values, Jacobians and sum_k weights_k hess e_k (N, X, X), weights (N, E)."""
-        return self._call(x, p, weights)
-
-    def _call(self, x, p, weights):
-        columns = [np.ascontiguousarray(a.T) for a in (x, p, weights)]
-        value, jacobian, curvature = (np.array(r).T for r in self.function(*columns))
+        value, jacobian, curvature = self._for_nodes(self.function, len(x))(x, p, weights)
         n, width = x.shape
-        return (
-            value,
-            jacobian.reshape(n, width, -1).transpose(0, 2, 1),
-            curvature.reshape(n, width, width),
-        )
+        return value, _by_expression(jacobian, x), curvature.reshape(n, width, width)
+
+    @cached_property
+    def _mapped(self) -> dict[tuple[str, int], _Mapped]:
+        return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """As of :class:`CompiledDynamics`: without buffers."""
+        return {name: value for name, value in vars(self).items() if name != "_mapped"}
+
+    def _for_nodes(self, function: ca.Function, nodes: int) -> _Mapped:
+        key = function.name(), nodes
+        if key not in self._mapped:
+            self._mapped[key] = _Mapped(function, nodes)
+        return self._mapped[key]
+
+
+def _by_expression(jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Jacobians (N, E, X) from columns one after the other, (N, X E), at x (N, X)."""
+    return jacobian.reshape(*x.shape, -1).transpose(0, 2, 1)
 
 
 def compile_vector(
@@ -380,4 +397,8 @@ def compile_vector(
     weights = ca.SX.sym("weights", len(expressions))
     curvature, _ = ca.hessian(ca.dot(weights, values), x)
     outputs = [values, ca.vec(ca.densify(ca.jacobian(values, x))), ca.vec(ca.densify(curvature))]
-    return VectorFunction(ca.Function("vector", [x, p, weights], outputs, {"cse": True}))
+    options = {"cse": True}
+    return VectorFunction(
+        ca.Function("vector", [x, p, weights], outputs, options),
+        ca.Function("slopes", [x, p], outputs[:2], options),
+    )

@@ -21,7 +21,7 @@ from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.constants import ConoidLigament, UpperArm, WrapClearance
 from scapulohumeral.model.girdle_range import girdle_range, resting
 from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
-from scapulohumeral.model.muscle_paths.pose_region import recorded_angles, recorded_poses
+from scapulohumeral.model.muscle_paths.pose_region import recorded_angles
 from scapulohumeral.model.muscle_paths.thorax_clearance import (
     arm_hanging,
     attachment_levels,
@@ -488,7 +488,8 @@ def model_record(
         published_thorax_ellipsoid=participant.thorax_ellipsoid,
         constants=constants,
     )
-    length = float(np.median(conoid_distances(record, recorded_poses(participant))))
+    poses = np.concatenate([trial_to_pose(motion.angles_rad) for motion in participant.elevations])
+    length = float(np.median(conoid_distances(record, poses)))
     return replace(record, conoid=replace(record.conoid, length_m=length))
 
 

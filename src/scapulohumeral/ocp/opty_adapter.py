@@ -38,6 +38,7 @@ REACTION_NAMES = ("R_x", "R_y", "R_z")
 # Methods that are called or replaced, and attributes that are set or read, by class.
 PRIVATE_NAMES = {
     "ConstraintCollocator": (
+        "_discretize_eom",
         "_gen_multi_arg_con_func",
         "_gen_multi_arg_con_jac_func",
         "_instance_constraints_jacobian_indices",
@@ -101,6 +102,9 @@ class Collocator(ConstraintCollocator):
         other = copy(self)
         other.collocation = collocation
         return other
+
+    def _discretize_eom(self) -> None:
+        """Nothing: the skeleton need not be discretised, which is a third of a set-up's time."""
 
     def _gen_multi_arg_con_func(self) -> None:
         self._multi_arg_con_func = self._evaluate(lambda free: self.collocation.constraints(free))
@@ -229,12 +233,14 @@ def unit_norms(formulation: Formulation) -> list[sm.Expr]:
 
 
 def _layout(collocator: Collocator, symbols: Symbols, formulation: Formulation) -> Layout:
-    inputs, parameters = collocator.unknown_input_trajectories, collocator.unknown_parameters
+    # Symbols are found by their hash: a search compares expressions, one after the other.
+    inputs = {s: i for i, s in enumerate(collocator.unknown_input_trajectories)}
+    parameters = collocator.unknown_parameters
     return Layout(
         nodes=collocator.num_collocation_nodes,
         coordinates=len(formulation.q),
         muscles=len(symbols.inputs) - len(REACTION_NAMES),
-        inputs=np.array([inputs.index(s) for s in symbols.inputs]),
+        inputs=np.array([inputs[s] for s in symbols.inputs]),
         scalers=np.array([parameters.index(s) for s in symbols.scalers], dtype=int).reshape(2, -1),
     )
 

@@ -137,9 +137,16 @@ def _on_the_way(settings: SolverSettings, nodes: int, mesh: int) -> SolverSettin
     """Settings on one of the meshes: at the same barrier per time on all but the last."""
     if not settings.coarse:
         return settings
-    if mesh == nodes:
+    last = settings.tolerance / LAST_BARRIER_SHARE
+    if mesh == nodes and settings.barrier_target > 0:
         # Slacks of the coarse solution are large enough to go to the last barrier at once.
-        return replace(settings, barrier_exact=settings.tolerance / LAST_BARRIER_SHARE)
+        return replace(settings, barrier_exact=last)
+    if mesh == nodes:
+        # From the barrier of the coarse solution down to the last one, as fast as steps stay long.
+        # At the last one from the start, bounds cut the first steps short, and the Hessian is
+        # corrected more often: a frontal elevation of Euler angles then takes 30 s instead of 12.
+        # Without the upper end the barrier rises at first, which costs up to eight iterations.
+        return replace(settings, barrier_exact=settings.barrier_coarse, barrier_least=last)
     longer = (nodes - 1) / (mesh - 1)
     barrier = settings.barrier_coarse * longer
     return replace(

@@ -108,6 +108,15 @@ class ParticipantModel:
     equations: Path
 
 
+@dataclass(frozen=True)
+class BuiltFiles:
+    """Files of a model that was built: its record, fitted thorax, and geometry in quaternions."""
+
+    record: Path
+    thorax: Path
+    geometry: Path
+
+
 def participant_model(case: Case, settings: ModelSettings, cache: Path) -> ParticipantModel:
     """The nominal model of a case, from the cache or built (a minute).
 
@@ -129,17 +138,33 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     key = _key(inputs, settings)
     paths = cache / f"geometry_{_geometry_key(case, inputs, settings)}"
     folder = _cached(cache / key, lambda target: _build(target, paths, case, inputs, settings))
+    files = BuiltFiles(folder / "model.json", folder / "thorax.json", folder / GEOMETRY_FILE)
+    return read_model(files, muscle_parameters, key)
+
+
+def read_model(
+    files: BuiltFiles, muscles: Callable[[ModelRecord], MuscleParameters], key: str
+) -> ParticipantModel:
+    """A model from its files, with the equations of the user's cache.
+
+    Parameters
+    ----------
+    muscles : gives the muscle parameters of its record
+    key : hash of all that the model is made from
+
+    Raises
+    ------
+    ModelError                       the record cannot be read, or something in it is refused
+    """
     equations = cached_equations(provenance.user_cache())
-    record = read_record(folder / "model.json")
-    thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
-    geometry = load_geometry(folder / GEOMETRY_FILE)
+    record = read_record(files.record)
     return ParticipantModel(
         record=record,
-        thorax=thorax,
-        forces=MuscleForces(compiled.load(equations), geometry),
-        muscles=muscle_parameters(record),
+        thorax=json.loads(files.thorax.read_text(encoding="utf-8")),
+        forces=MuscleForces(compiled.load(equations), load_geometry(files.geometry)),
+        muscles=muscles(record),
         hash=key,
-        folder=folder,
+        folder=files.record.parent,
         equations=equations,
     )
 

@@ -279,7 +279,7 @@ def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
         held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
         raise ConfigError(
             f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
-            "predicted in one motion. Choose others in 'planes' of the configuration"
+            "predicted in one motion. Correct them, or choose others in key 'planes'"
         )
     return loads.popitem()[1]
 

@@ -8,22 +8,23 @@ prediction has a row; failed solves have their status and only the last of these
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
 from scapulohumeral.model.participant import Participant, read_participant
 from scapulohumeral.model.rotations import Array, trial_to_pose
-from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
 from scapulohumeral.quantities.recordings_apart import Apart, recordings_apart
-from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
+from scapulohumeral.report.prediction.against import STOP_MOMENT, Predicted, read_predictions
 
 CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
 # Angles of the girdle, by column; with a prefix those of the tracked motion, or of the recordings.
@@ -46,7 +47,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class TaskFiles:
-    """Predictions, their summaries and the tracked tasks in one order; all participants."""
+    """Predictions and their summaries in one order; tracked tasks and participants in any."""
 
     solutions: Sequence[Path]
     summaries: Sequence[Path]
@@ -60,6 +61,10 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     Parameters
     ----------
     region : that muscle paths were fitted to
+
+    Raises
+    ------
+    DataError                        a prediction whose task is not among the tracked ones
     """
     people = {
         path.parent.name: read_participant(path.parents[1], path.parent.name)
@@ -67,10 +72,13 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     }
     fitted = {name: recorded_poses(person) for name, person in people.items()}
     elevated = {name: _elevations(person) for name, person in people.items()}
+    tracked: dict[tuple[str, ...], Solution] = {
+        (one.header["participant"], one.header["trial"]): one
+        for one in map(read_solution, files.tracked)
+    }
     rows = []
-    predictions = read_predictions(files.solutions, files.summaries)
-    for one, path in zip(predictions, files.tracked, strict=True):
-        recorded = read_solution(path)
+    for one in read_predictions(files.solutions, files.summaries):
+        recorded = _followed(one, tracked)
         row = {"task": recorded.header["trial"], **one.names}
         row["hand_load_kg"] = one.summary["hand_load_kg"]
         others = elevated[one.names["participant"]]
@@ -94,3 +102,14 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
 def _elevations(person: Participant) -> Array:
     """Poses of all recorded elevations, shape (T, 13)."""
     return np.concatenate([trial_to_pose(motion.angles_rad) for motion in person.elevations])
+
+
+def _followed(one: Predicted, tracked: Mapping[tuple[str, ...], Solution]) -> Solution:
+    """The tracked task that a prediction follows, by participant and task."""
+    name = (one.summary["participant"], *one.summary["planes"])
+    if name not in tracked:
+        raise DataError(
+            f"prediction of {' '.join(name)}: no tracked task has that name. There are: "
+            f"{', '.join(' '.join(known) for known in tracked)}. Name its tracking solution too"
+        )
+    return tracked[name]

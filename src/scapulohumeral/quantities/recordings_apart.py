@@ -4,7 +4,7 @@ No model meets a person in two sessions whose scapula was recorded otherwise in 
 are found anew, or another posture of the trunk, turn the recorded scapula by the same amount in all
 motions of a session. A model that was made from the one misses the other by about as much.
 
-Letters: N nodes, M matched ones, T frames.
+Letters: N nodes, T frames.
 """
 
 from __future__ import annotations
@@ -15,13 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scapulohumeral.model.rotations import Array, segment_orientations
-from scapulohumeral.quantities.population import (
-    INTERNAL_ROTATION,
-    POSTERIOR_TILT,
-    UPWARD_ROTATION,
-)
-from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
-from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.quantities.recording_distance import task_distance
 
 # Long axes of the humerus nearer than this are one direction of the arm [deg]. Over it a rhythm of
 # two to one turns the scapula up by 3 deg, which the nearest frame mostly stays below.
@@ -64,15 +58,15 @@ def recordings_apart(pose: Array, other: Array) -> Apart:
     if not same.any():
         return Apart(matched_share=0.0)
     here, there = pose[same], other[cosine.argmax(axis=1)[same]]
-    rms = np.sqrt(np.mean((thorax_angles(here) - thorax_angles(there)) ** 2, axis=0))
+    distance = task_distance(here, there)
     turns = (_segment(there, "scapula").inv() * _segment(here, "scapula")).as_rotvec(degrees=True)
     mean = turns.mean(axis=0)
     return Apart(
         matched_share=float(same.mean()),
-        ur_rmse_deg=float(rms[UPWARD_ROTATION]),
-        tilt_rmse_deg=float(rms[POSTERIOR_TILT]),
-        internal_rotation_rmse_deg=float(rms[INTERNAL_ROTATION]),
-        clavicle_elevation_rmse_deg=float(rms[CLAVICLE_ELEVATION]),
+        ur_rmse_deg=distance.ur_rmse_deg,
+        tilt_rmse_deg=distance.tilt_rmse_deg,
+        internal_rotation_rmse_deg=distance.internal_rotation_rmse_deg,
+        clavicle_elevation_rmse_deg=distance.clavicle_elevation_rmse_deg,
         turn_deg=float(np.linalg.norm(mean)),
         turn_sd_deg=float(np.sqrt(np.mean(np.sum((turns - mean) ** 2, axis=1)))),
     )

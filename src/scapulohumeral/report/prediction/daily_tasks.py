@@ -16,9 +16,12 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
-from scapulohumeral.model.participant import Participant, read_participant
-from scapulohumeral.model.rotations import Array, trial_to_pose
+from scapulohumeral.model.muscle_paths.pose_region import (
+    Region,
+    elevation_poses,
+    recorded_poses,
+)
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
@@ -71,7 +74,7 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
         for path in files.participants
     }
     fitted = {name: recorded_poses(person) for name, person in people.items()}
-    elevated = {name: _elevations(person) for name, person in people.items()}
+    elevated = {name: elevation_poses(person) for name, person in people.items()}
     tracked: dict[tuple[str, ...], Solution] = {
         (one.header["participant"], one.header["trial"]): one
         for one in map(read_solution, files.tracked)
@@ -97,11 +100,6 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
             }
         rows.append(row)
     return pd.DataFrame(rows, columns=list(COLUMNS))
-
-
-def _elevations(person: Participant) -> Array:
-    """Poses of all recorded elevations, shape (T, 13)."""
-    return np.concatenate([trial_to_pose(motion.angles_rad) for motion in person.elevations])
 
 
 def _followed(one: Predicted, tracked: Mapping[tuple[str, ...], Solution]) -> Solution:

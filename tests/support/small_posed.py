@@ -6,6 +6,7 @@ import numpy as np
 from skeleton import CONSTANTS, muscle, skeleton_record
 from small_arm import NAMES, STEP, small_forces, small_motion, small_muscles, small_parameters
 
+from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.problems.model_files import ShoulderModel
 from scapulohumeral.problems.posed_problem import (
@@ -32,9 +33,8 @@ class SmallModel(ShoulderModel):
     """Three muscles on an arm that is no participant's."""
 
     def parameters(self, hand_load_kg: float = 0.0) -> np.ndarray:
-        """Run-time parameters of the small arm; it carries nothing."""
-        assert hand_load_kg == 0.0
-        return small_parameters()
+        """Run-time parameters of the small arm."""
+        return pack({**unpack(small_parameters()), "mass_load": hand_load_kg})
 
 
 def small_model(equations) -> SmallModel:

@@ -257,8 +257,8 @@ def tried_task_results(ending):
 
 
 def tried_tracked_tasks():
-    """Tracked daily tasks in the order of the predicted ones."""
-    return paths_of(TRACKED_TASK, tried_tasks(), "trial") * len(tried_models())
+    """Paths of the tracked daily tasks that the study and all tried variants follow."""
+    return paths_of(TRACKED_TASK, tried_tasks(), "trial")
 
 
 def tried_study(pattern):

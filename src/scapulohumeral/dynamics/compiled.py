@@ -41,8 +41,26 @@ CASADI_NAMES = {
 }
 
 
+class _OfNodes:
+    """Evaluates functions for many nodes; buffers stay, by function and number of nodes."""
+
+    @cached_property
+    def _mapped(self) -> dict[tuple[str, int], _Mapped]:
+        return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process needs: not the buffers, which hold addresses of this one."""
+        return {name: value for name, value in vars(self).items() if name != "_mapped"}
+
+    def _for_nodes(self, function: ca.Function, *arguments: np.ndarray) -> tuple[np.ndarray, ...]:
+        key = function.name(), len(arguments[0])
+        if key not in self._mapped:
+            self._mapped[key] = _Mapped(function, len(arguments[0]))
+        return self._mapped[key](*arguments)
+
+
 @dataclass(frozen=True)
-class CompiledDynamics:
+class CompiledDynamics(_OfNodes):
     """Numeric equations of motion of one formulation.
 
     Attributes
@@ -116,20 +134,8 @@ class CompiledDynamics:
         """Rotation matrices of clavicle, scapula, humerus in the thorax, shape (N, 3, 3, 3)."""
         return self._call("pose_matrices", q).reshape(len(q), 3, 3, 3)
 
-    @cached_property
-    def _mapped(self) -> dict[tuple[str, int], _Mapped]:
-        return {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What another process needs: not the buffers, which hold addresses of this one."""
-        return {name: value for name, value in vars(self).items() if name != "_mapped"}
-
     def _call(self, name: str, *arguments: np.ndarray):
-        nodes = len(arguments[0])
-        mapped = self._mapped.get((name, nodes))
-        if mapped is None:
-            mapped = self._mapped[name, nodes] = _Mapped(self.functions[name], nodes)
-        results = mapped(*arguments)
+        results = self._for_nodes(self.functions[name], *arguments)
         return results if len(results) > 1 else results[0]
 
     def save(self, folder: Path) -> None:
@@ -338,7 +344,7 @@ def _rotation_functions(formulation: Formulation) -> dict[str, ca.Function]:
 
 
 @dataclass(frozen=True)
-class VectorFunction:
+class VectorFunction(_OfNodes):
     """A vector of expressions e(x; p) with exact derivatives, evaluated for many nodes.
 
     Letters: E expressions, X variables, P parameters.
@@ -354,30 +360,16 @@ class VectorFunction:
 
     def first(self, x: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (N, E) and Jacobians (N, E, X) at x (N, X), p (N, P)."""
-        value, jacobian = self._for_nodes(self.slopes, len(x))(x, p)
+        value, jacobian = self._for_nodes(self.slopes, x, p)
         return value, _by_expression(jacobian, x)
 
     def all(
         self, x: np.ndarray, p: np.ndarray, weights: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values, Jacobians and sum_k weights_k hess e_k (N, X, X), weights (N, E)."""
-        value, jacobian, curvature = self._for_nodes(self.function, len(x))(x, p, weights)
+        value, jacobian, curvature = self._for_nodes(self.function, x, p, weights)
         n, width = x.shape
         return value, _by_expression(jacobian, x), curvature.reshape(n, width, width)
-
-    @cached_property
-    def _mapped(self) -> dict[tuple[str, int], _Mapped]:
-        return {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """As of :class:`CompiledDynamics`: without buffers."""
-        return {name: value for name, value in vars(self).items() if name != "_mapped"}
-
-    def _for_nodes(self, function: ca.Function, nodes: int) -> _Mapped:
-        key = function.name(), nodes
-        if key not in self._mapped:
-            self._mapped[key] = _Mapped(function, nodes)
-        return self._mapped[key]
 
 
 def _by_expression(jacobian: np.ndarray, x: np.ndarray) -> np.ndarray:

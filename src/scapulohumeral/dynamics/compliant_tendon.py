@@ -55,23 +55,38 @@ def compliant_activation(pull: Pull, muscles: MuscleParameters, strain_at_max: f
 
     Raises
     ------
-    ModelError                       a force that no activation gives, with muscle and node
+    ModelError                       a force that is no number or that no activation gives, with
+                                     muscle and node
     """
     rigid = force_derivatives(pull.length, pull.velocity, muscles)
     force = rigid.active * pull.activation + rigid.passive
+    _check_numbers(force, muscles)
     strain = tendon_strain(force / muscles.max_isometric_force, strain_at_max)
     stretch = muscles.tendon_slack_length * strain
     velocity = pull.velocity - np.gradient(stretch, pull.step, axis=0)
     own = force_derivatives(pull.length - stretch, velocity, muscles)
     activation = (force - own.passive) / own.active
-    if activation.max() > 1.0:
-        node, muscle = np.unravel_index(np.argmax(activation), activation.shape)
+    # Fibres without active force would need an infinite one, of either sign, or one that is none.
+    needed = np.where(np.isfinite(activation), activation, np.inf)
+    if needed.max() > 1.0:
+        node, muscle = np.unravel_index(np.argmax(needed), needed.shape)
         raise ModelError(
             f"tendon of {muscles.names[muscle]}, node {node}: an activation of "
             f"{activation[node, muscle]:.2f} is needed if it stretches by {strain_at_max:g}; "
             "expected 1 at most. Choose a smaller tendon_strain"
         )
     return activation
+
+
+def _check_numbers(force: np.ndarray, muscles: MuscleParameters) -> None:
+    """Refuse forces (N, M) that are no numbers: all that follows from them would be none."""
+    missing = np.argwhere(~np.isfinite(force))
+    if len(missing):
+        node, muscle = missing[0]
+        raise ModelError(
+            f"{muscles.names[muscle]}, node {node}: a force of {force[node, muscle]} N with a "
+            "rigid tendon; expected a number. Correct its length, velocity or activation there"
+        )
 
 
 def compliant_excitation(pull: Pull, muscles: MuscleParameters, strain_at_max: float) -> np.ndarray:

@@ -21,7 +21,11 @@ from scapulohumeral.model.choices import ModelChoices
 from scapulohumeral.model.constants import ConoidLigament, UpperArm, WrapClearance
 from scapulohumeral.model.girdle_range import girdle_range, resting
 from scapulohumeral.model.muscle_paths.opensim_sampling import muscle_lengths
-from scapulohumeral.model.muscle_paths.pose_region import recorded_angles
+from scapulohumeral.model.muscle_paths.pose_region import (
+    elevation_angles,
+    elevation_poses,
+    recorded_angles,
+)
 from scapulohumeral.model.muscle_paths.thorax_clearance import (
     arm_hanging,
     attachment_levels,
@@ -333,7 +337,7 @@ def flatten_thorax_surfaces(
     """
     rule = tables.constants.wrap_clearance
     record = model_record(model, participant, tables, ModelChoices())
-    angles = np.concatenate([motion.angles_rad for motion in participant.elevations])
+    angles = elevation_angles(participant)
     poses = trial_to_pose(angles)
     hanging = arm_hanging(poses[resting(angles)])
     names = list(tables.muscles)
@@ -411,7 +415,7 @@ def adjust_fibres(
     """
     rule = tables.constants.fibre_adjustment
     names = list(tables.muscles)
-    angles = np.concatenate([motion.angles_rad for motion in participant.elevations])
+    angles = elevation_angles(participant)
     longest = muscle_lengths(model, angles, muscles=names).max(axis=0)
     for name, length in zip(names, longest, strict=True):
         muscle = model.updMuscles().get(name)
@@ -488,8 +492,7 @@ def model_record(
         published_thorax_ellipsoid=participant.thorax_ellipsoid,
         constants=constants,
     )
-    poses = np.concatenate([trial_to_pose(motion.angles_rad) for motion in participant.elevations])
-    length = float(np.median(conoid_distances(record, poses)))
+    length = float(np.median(conoid_distances(record, elevation_poses(participant))))
     return replace(record, conoid=replace(record.conoid, length_m=length))
 
 

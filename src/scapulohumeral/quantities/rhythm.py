@@ -135,10 +135,10 @@ def range_rhythm(elevation_deg: np.ndarray, upward_rotation_deg: np.ndarray) -> 
     """Rhythm of every phase by the paper's estimator, for nodes of one rise.
 
     Range of (TH - TS) over range of TS at the nodes whose elevation lies in the phase: without
-    interpolation and without signs, so a scapula that turns down has a rhythm, too. Not a number
-    where a phase has fewer than two nodes. It gives 19 of the 24 printed values to the last digit
-    from the published motion (plot_results.m of the authors' program), where `phase_rhythm` finds
-    none in two of them.
+    interpolation and without signs, so a scapula that turns down has a rhythm, too. Infinite where
+    the scapula stands still while the arm moves; not a number where both stand still or a phase has
+    fewer than two nodes. It gives 19 of the 24 printed values to the last digit from the published
+    motion (plot_results.m of the authors' program), where `phase_rhythm` finds none in two of them.
 
     Parameters
     ----------
@@ -150,7 +150,11 @@ def range_rhythm(elevation_deg: np.ndarray, upward_rotation_deg: np.ndarray) -> 
         rhythms[name] = np.nan
         if inside.sum() > 1:
             upward = upward_rotation_deg[inside]
-            rhythms[name] = float(np.ptp(elevation_deg[inside] - upward) / np.ptp(upward))
+            arm, scapula = np.ptp(elevation_deg[inside] - upward), np.ptp(upward)
+            if scapula > 0.0:
+                rhythms[name] = float(arm / scapula)
+            elif arm > 0.0:
+                rhythms[name] = np.inf
     return rhythms
 
 

@@ -261,8 +261,7 @@ def posing(
 def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSettings) -> _Scene:
     model = load_model(files.model)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
-    composite = _composite(model, muscles, files, settings)
-    load = held_load(files.model, composite.nodes)
+    composite, load = _followed(model, muscles, files, settings)
     return _Scene(model, composite, muscles, condition, settings, load)
 
 
@@ -280,22 +279,23 @@ def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
         held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
         raise ConfigError(
             f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
-            "predicted in one motion. Choose others in 'planes' of the configuration"
+            "predicted in one motion. Correct them, or choose others in key 'planes'"
         )
     return loads.popitem()[1]
 
 
-def _composite(
+def _followed(
     model: ShoulderModel,
     muscles: MuscleParameters,
     files: PredictionFiles,
     settings: PredictionSettings,
-) -> Composite:
-    """The arm motion that is followed, and a start near it."""
+) -> tuple[Composite, float]:
+    """The arm motion that is followed, a start near it, and what the hand holds [kg]."""
     step = settings.solve.time_step_s
     motions = [on_mesh(read_solution(path), step) for path in files.tracked]
     if settings.choices.arm == "own":
-        return compose(motions, step, settings.pause_s)
+        composite = compose(motions, step, settings.pause_s)
+        return composite, held_load(files.model, composite.nodes)
     if files.arm is None:
         raise ConfigError(
             "prediction on the published arm: this participant has no published composite motion"
@@ -306,22 +306,24 @@ def _composite(
     activity = np.zeros(len(reference))
     for first, stop in PUBLISHED_PLANES.values():
         activity[first:stop] = 1.0
+    load = held_load(files.model, PUBLISHED_PLANES)
     start = initial_guess.from_motion(
         model.forces,
         muscles,
-        chosen_parameters(model.free_parameters(), model.record, settings.choices),
+        chosen_parameters(model.free_parameters(load), model.record, settings.choices),
         pose_to_trial(reference),
         step,
     )
     if settings.choices.largest_compression_N is not None:
         start = _relaxed(start)
-    return Composite(
+    composite = Composite(
         time_s=step * np.arange(len(reference)),
         trajectory=start,
         reference=reference,
         activity=activity,
         nodes=PUBLISHED_PLANES,
     )
+    return composite, load
 
 
 def _relaxed(start: Trajectory) -> Trajectory:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scapulohumeral.model.muscle_paths.body_chain import CHAIN_POSITION
 from simulated_persons.effects import (
     CUFF_SHARE,
     SEGMENTS,
@@ -23,16 +24,6 @@ from simulated_persons.opensim_plant.arm import OpenSimArm
 from simulated_persons.opensim_plant.body import JOINTS
 from simulated_persons.opensim_plant.body import SEGMENTS as BODY_SEGMENTS
 
-# Place of each body in the chain; joint k of `JOINTS` lies between places k and k + 1.
-PLACES = {
-    "thorax": 0,
-    "clavicle_r": 1,
-    "scapula_r": 2,
-    "humerus_r": 3,
-    "ulna_r": 4,
-    "radius_r": 4,
-    "hand_r": 4,
-}
 # Changes of a body by the member and the amplitude of an effect.
 Action = Callable[[OpenSimArm, str, float], Mapping[str, Any]]
 
@@ -134,5 +125,6 @@ def _of(arm: OpenSimArm, member: str) -> np.ndarray:
 def _crossing(arm: OpenSimArm, joint: str) -> np.ndarray:
     """Which muscles (M,) run from one side of a joint to the other."""
     place = JOINTS.index(joint)
-    spans = [[PLACES[p.body] for p in muscle.points] for muscle in arm.anatomy.record.muscles]
+    muscles = arm.anatomy.record.muscles
+    spans = [[CHAIN_POSITION[p.body] for p in muscle.points] for muscle in muscles]
     return np.array([min(span) <= place < max(span) for span in spans])

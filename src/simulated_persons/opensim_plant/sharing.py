@@ -88,7 +88,7 @@ def with_tired(mechanics: Mechanics, left: np.ndarray) -> Mechanics:
 
 def _demand(mechanics: Mechanics, body: Body, activation: np.ndarray) -> Demand:
     """What one frame asks, with forces that are secants through rest and given activations (M,)."""
-    torque, arms, force, support, pull, burden = (part[0] for part in vars(mechanics).values())
+    force, arms, pull = mechanics.force[0], mechanics.arms[0], mechanics.pull[0]
     above = np.maximum(activation - ACTIVATIONS[0], 1e-3)
     unit = (tendon_force(force[None], (ACTIVATIONS[0] + above)[None])[0] - force[0]) / above
     passive = force[0] - ACTIVATIONS[0] * unit
@@ -97,14 +97,15 @@ def _demand(mechanics: Mechanics, body: Body, activation: np.ndarray) -> Demand:
     slack = -UNKNOWN_N / RIM_N * np.eye(len(rim))
     matrix = np.block(
         [
-            [unit * arms.T, UNKNOWN_N * support.T, np.zeros((10, len(rim)))],
+            [unit * arms.T, UNKNOWN_N * mechanics.support[0].T, np.zeros((10, len(rim)))],
             [-unit * (rim @ pull.T), np.zeros((len(rim), SUPPORTS)), slack],
         ]
     )
+    head = passive @ pull + mechanics.burden[0]
     unknown = np.ones(SUPPORTS + len(rim))
     return Demand(
         matrix=matrix,
-        target=np.concatenate([torque - passive @ arms, rim @ (passive @ pull + burden)]),
+        target=np.concatenate([mechanics.torque[0] - passive @ arms, rim @ head]),
         weight=np.repeat([TORQUE_WEIGHT, RIM_WEIGHT], [10, len(rim)]),
         cost=body.cost,
         low=np.concatenate([np.maximum(body.tonic, ACTIVATIONS[0]), 0.0 * unknown]),

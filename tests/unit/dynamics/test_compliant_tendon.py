@@ -113,3 +113,19 @@ def test_a_force_beyond_the_muscle_is_refused_by_name():
         compliant_activation(given, MUSCLES, STRAIN)
     weak = replace(given, activation=0.5 * given.activation)
     assert compliant_activation(weak, MUSCLES, STRAIN).max() < 1.0
+
+
+@pytest.mark.parametrize("kind", ["length", "velocity", "activation"])
+def test_a_pull_that_is_no_number_is_refused_where_it_is_none(kind):
+    broken = held(0.4)
+    getattr(broken, kind)[7, 1] = np.nan
+    with pytest.raises(ModelError, match=r"no_tendon, node 7: a force of nan N"):
+        compliant_activation(broken, MUSCLES, STRAIN)
+
+
+@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
+def test_fibres_that_cannot_be_activated_are_refused():
+    """Without active force the activation is a quotient of zeros."""
+    lost = replace(MUSCLES, capacity=np.array([1.0, 0.0]))
+    with pytest.raises(ModelError, match="no_tendon, node 0: an activation of nan"):
+        compliant_activation(held(0.4), lost, STRAIN)

@@ -10,7 +10,13 @@ from scapulohumeral.model.rotations import (
     quaternion_conjugate,
     quaternion_multiply,
 )
-from scapulohumeral.quantities.rhythm import PHASES, phase_rhythm, rhythm_by_plane, rising_part
+from scapulohumeral.quantities.rhythm import (
+    PHASES,
+    phase_rhythm,
+    range_rhythm,
+    rhythm_by_plane,
+    rising_part,
+)
 from scapulohumeral.quantities.segment_angles import thorax_angles
 
 pytestmark = pytest.mark.unit
@@ -118,6 +124,14 @@ def test_scapula_that_does_not_follow_has_no_ratio(slope: float) -> None:
     for phase in phase_rhythm(elevation, slope * elevation)[:3]:
         assert np.isnan(phase.shr)
         assert phase.note.endswith("no ratio")
+
+
+@pytest.mark.filterwarnings("error")
+def test_scapula_that_stands_still_has_an_infinite_rhythm_by_the_estimator_of_the_paper() -> None:
+    elevation = np.linspace(10.0, 95.0, 50)
+    assert range_rhythm(elevation, np.zeros(50)) == dict.fromkeys(PHASES, np.inf)
+    still = range_rhythm(np.full(3, 20.0), np.ones(3))
+    assert np.isnan(list(still.values())).all()
 
 
 def test_arm_that_does_not_rise_has_no_rhythm() -> None:

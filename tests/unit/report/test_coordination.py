@@ -297,12 +297,12 @@ def test_daily_tasks_are_shown_with_what_is_left_in_tracking(
 ) -> None:
     row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
     row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
-    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4}
+    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4, "apart_tilt_rmse_deg": 11.0}
     path = tmp_path / "against_tasks.csv"
     pd.DataFrame([row]).to_csv(path, index=False)
     coordination = replace(files.coordination, against_tasks=[path])
     shown = render_report(replace(files, coordination=coordination))
-    assert "13.91 (8.40)" in shown
+    assert "13.91 (8.40; 11.00)" in shown
     assert "par2 shelf_reaching +13.9 deg" in shown, "its limit is missed by name"
     assert "daily tasks against their recordings" not in html
 

@@ -1,5 +1,6 @@
 """Predicted shoulders: limited muscles, what is refused, and the way from a neighbour."""
 
+import shutil
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -14,9 +15,12 @@ from synthetic_study import solution
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.problems.problem_choices import ProblemChoices
+from scapulohumeral.stages import prediction
 from scapulohumeral.stages.prediction import (
     TRACKED,
     Condition,
@@ -26,6 +30,7 @@ from scapulohumeral.stages.prediction import (
     _ways,
     held_load,
     limit_capacity,
+    posing,
 )
 
 pytestmark = pytest.mark.unit
@@ -101,6 +106,30 @@ def test_hand_holds_what_it_held_in_all_trials_of_one_motion():
     assert held_load(files, ["lifting"]) == 2.0
     with pytest.raises(ConfigError, match=r"drinking 0, lifting 2; expected one load"):
         held_load(files, ("drinking", "lifting"))
+
+
+def test_start_on_the_published_arm_carries_what_the_hand_holds(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    person = tmp_path / "par2"
+    shutil.copytree(REPOSITORY / "config" / "participants" / "par2", person)
+    file = person / "participant.yaml"
+    file.write_text(file.read_text().replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"))
+    tracked = [tmp_path / f"{plane}.npz" for plane in PUBLISHED_PLANES]
+    for path in tracked:
+        write_solution(solution("par2", path.stem, "quaternion"), path)
+    started = []
+    monkeypatch.setattr(prediction, "load_model", lambda _: small_model(quaternion_equations))
+    monkeypatch.setattr(
+        prediction.initial_guess, "from_motion", lambda *given: started.append(given[2])
+    )
+    unread = Path("unread")
+    arm = person / "published" / "composite_healthy.csv"
+    files = PredictionFiles(ModelFiles(file, *[unread] * 4), unread, None, tracked, arm=arm)
+    posed_for = posing(HEALTHY, files, replace(SETTINGS, choices=ProblemChoices(arm="published")))
+    (at_start,) = started
+    for parameters in (at_start, posed_for(small_muscles()).parameters):
+        assert unpack(parameters)["mass_load"] == 1.5
 
 
 def capacities(problems) -> list[float]:

@@ -135,10 +135,11 @@ class _Told:
         self.strongest = max(map(self._weight, evidence.screened))
         self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
-        # By as much evidence will be divided.
-        error = evidence.settings.signature_error
-        excess = misfit(evidence.screened, evidence.residuals, error)
-        self.behind = BEHIND * (excess if evidence.settings.of_simulations else 1.0)
+        self.behind = BEHIND
+        if evidence.settings.of_simulations:
+            # By as much evidence will be divided.
+            error = evidence.settings.signature_error
+            self.behind *= misfit(evidence.screened, evidence.residuals, error)
 
     def next(self, able: Sequence[Fit], count: int) -> list[Fit]:
         """The effects to be solved again next, of those that a new solution may change."""

@@ -3,8 +3,8 @@
 The functions of the study make it, from the case instead of from ``config/participants``. Models
 are kept in a cache under the hash of all they are made from, so that repeating a diagnosis does
 not rebuild them. Muscle geometry, which takes nearly all of the time, has a place of its own under
-the hash of what it is made from: size of the segments and movements. Other masses, another
-direction of gravity or another set of electrodes find it there.
+the hash of what it is made from: size of the segments, choices of the paths, and movements. Other
+masses, another direction of gravity or another set of electrodes find it there.
 
 Muscle lengths are fitted over the poses of all trials. Thorax and fibre lengths follow from the
 reference trials alone, if there are any, so that an effect in the test trials does not move into
@@ -38,6 +38,7 @@ from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.participant_file import check_groups
+from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
@@ -107,6 +108,15 @@ class ParticipantModel:
     equations: Path
 
 
+@dataclass(frozen=True)
+class BuiltFiles:
+    """Files of a model that was built: its record, fitted thorax, and geometry in quaternions."""
+
+    record: Path
+    thorax: Path
+    geometry: Path
+
+
 def participant_model(case: Case, settings: ModelSettings, cache: Path) -> ParticipantModel:
     """The nominal model of a case, from the cache or built (a minute).
 
@@ -118,7 +128,8 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
 
     Raises
     ------
-    ConfigError                      unknown muscle groups, or a model that cannot be scaled
+    ConfigError                      unknown muscle groups or model choices, or a model that cannot
+                                     be scaled
     ModelError                       opensim refuses the model
     SolveError                       the process of opensim crashed
     """
@@ -127,17 +138,33 @@ def participant_model(case: Case, settings: ModelSettings, cache: Path) -> Parti
     key = _key(inputs, settings)
     paths = cache / f"geometry_{_geometry_key(case, inputs, settings)}"
     folder = _cached(cache / key, lambda target: _build(target, paths, case, inputs, settings))
+    files = BuiltFiles(folder / "model.json", folder / "thorax.json", folder / GEOMETRY_FILE)
+    return read_model(files, muscle_parameters, key)
+
+
+def read_model(
+    files: BuiltFiles, muscles: Callable[[ModelRecord], MuscleParameters], key: str
+) -> ParticipantModel:
+    """A model from its files, with the equations of the user's cache.
+
+    Parameters
+    ----------
+    muscles : gives the muscle parameters of its record
+    key : hash of all that the model is made from
+
+    Raises
+    ------
+    ModelError                       the record cannot be read, or something in it is refused
+    """
     equations = cached_equations(provenance.user_cache())
-    record = read_record(folder / "model.json")
-    thorax = json.loads((folder / "thorax.json").read_text(encoding="utf-8"))
-    geometry = load_geometry(folder / GEOMETRY_FILE)
+    record = read_record(files.record)
     return ParticipantModel(
         record=record,
-        thorax=thorax,
-        forces=MuscleForces(compiled.load(equations), geometry),
-        muscles=muscle_parameters(record),
+        thorax=json.loads(files.thorax.read_text(encoding="utf-8")),
+        forces=MuscleForces(compiled.load(equations), load_geometry(files.geometry)),
+        muscles=muscles(record),
         hash=key,
-        folder=folder,
+        folder=files.record.parent,
         equations=equations,
     )
 
@@ -228,10 +255,12 @@ def _geometry_key(case: Case, inputs: Mapping[str, str], settings: ModelSettings
     """Hash of what muscle geometry is made from: no masses, no gravity, no names of trials."""
     shaping = {f"{CASE}/{name}.csv" for name in _shaping_trials(case)}
     scale = case.participant.model.scale
+    choices = read_choices(settings.choices)
     described = {
         "scale": json.dumps({segment: list(factors) for segment, factors in scale.items()}),
         "geometry": json.dumps(dict(settings.geometry), sort_keys=True),
-        "surface": settings.choices["serratus_path"],
+        "surface": choices.serratus_path,
+        "paths": choices.paths,
     }
     movements = {
         name: f"{name in shaping}\n{text}" for name, text in inputs.items() if name.endswith(".csv")

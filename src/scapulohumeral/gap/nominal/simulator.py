@@ -8,17 +8,15 @@ Effects then act on another posture, at another cost.
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 
-from scapulohumeral import provenance
 from scapulohumeral.configuration.simulator import Simulator
-from scapulohumeral.dynamics import compiled
-from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.gap.nominal.participant_model import ParticipantModel, cached_equations
-from scapulohumeral.model.muscle_paths.geometry import load_geometry
-from scapulohumeral.model.record import read_record
+from scapulohumeral.gap.nominal.participant_model import (
+    BuiltFiles,
+    ParticipantModel,
+    read_model,
+)
 from scapulohumeral.provenance import CONFIG_FOLDER
 from scapulohumeral.stages.calibration import calibrated_muscles
 
@@ -41,16 +39,9 @@ def simulating_model(simulator: Simulator) -> ParticipantModel:
                 "it, or name it from the folder that the command runs in."
             )
         digest.update(file.read_bytes())
-    model = Path(simulator.model)
-    record = read_record(model)
     scalers = None if simulator.scalers is None else Path(simulator.scalers)
-    equations = cached_equations(provenance.user_cache())
-    return ParticipantModel(
-        record=record,
-        thorax=json.loads(Path(simulator.thorax).read_text(encoding="utf-8")),
-        forces=MuscleForces(compiled.load(equations), load_geometry(Path(simulator.geometry))),
-        muscles=calibrated_muscles(record, CHANNELS, scalers),
-        hash=digest.hexdigest(),
-        folder=model.parent,
-        equations=equations,
+    return read_model(
+        BuiltFiles(Path(simulator.model), Path(simulator.thorax), Path(simulator.geometry)),
+        lambda record: calibrated_muscles(record, CHANNELS, scalers),
+        digest.hexdigest(),
     )

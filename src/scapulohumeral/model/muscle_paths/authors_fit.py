@@ -67,6 +67,10 @@ DEGREE = 3
 STOP, STOP_THORAX = 0.03, 0.015
 THORAX_MUSCLES = ("serr", "pect")
 SPREAD = 4.0
+# das3_polynomials.m adds this to the variables that it fits lengths and arms to, against zeros: it
+# takes slopes of terms by dividing by variables. Slopes here divide by nothing; it stays because
+# the fit is to be theirs.
+NOT_ZERO = 1e-6
 # Less than this share (squared norm) of a term must be new, or the choice of terms ends with it.
 LEAST_NEW = 1e-9
 
@@ -208,7 +212,7 @@ def _fit_muscle(
     candidates = _candidates(len(columns))
     exponents = np.zeros((len(candidates), samples.variables.shape[1]), dtype=int)
     exponents[:, columns] = candidates
-    variables = samples.variables[keep] + 1e-6
+    variables = samples.variables[keep] + NOT_ZERO
     values = monomial_values(exponents, variables)
     largest = np.abs(arms[keep]).max(axis=0)
     weights = largest.max() / largest

@@ -13,6 +13,7 @@ import numpy as np
 import opensim
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_paths.body_chain import CHAIN_POSITION
 from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -37,16 +38,6 @@ LARGEST_ELBOW_ARM_M = 0.12
 GH_JOINT = "gh1"
 # Joints of the girdle, and the segments that they turn.
 GIRDLE_JOINTS = {"SC": "clavicle_r", "AC": "scapula_r"}
-# Links of the chain, thorax first; a joint lies between neighbours.
-CHAIN_POSITION = {
-    "thorax": 0,
-    "clavicle_r": 1,
-    "scapula_r": 2,
-    "humerus_r": 3,
-    "ulna_r": 4,
-    "radius_r": 4,
-    "hand_r": 4,
-}
 JOINT_COLUMNS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 
 

@@ -72,6 +72,16 @@ def recorded_poses(participant: Participant) -> Array:
     return np.concatenate([trial_to_pose(m.angles_rad) for m in participant.recordings])
 
 
+def elevation_angles(participant: Participant) -> Array:
+    """Joint angles of all recorded frames but those of daily tasks, shape (F, 10) [rad]."""
+    return np.concatenate([motion.angles_rad for motion in participant.elevations])
+
+
+def elevation_poses(participant: Participant) -> Array:
+    """Poses of all recorded frames but those of daily tasks, shape (F, 13)."""
+    return np.concatenate([trial_to_pose(m.angles_rad) for m in participant.elevations])
+
+
 def draw_sample_angles(
     participant: Participant,
     formulation: str,

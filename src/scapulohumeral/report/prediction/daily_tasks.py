@@ -1,29 +1,36 @@
 """Healthy predictions on the arm of recorded daily tasks, beside the recorded girdle.
 
 Elevations have chosen the model, daily tasks have not. Beside each prediction stands how far the
-model is from the recording where it is told to follow it with all segments. Every prediction has a
-row; failed solves have their status and no distances.
+model is from the recording where it is told to follow it with all segments, and how far that
+recording is from the elevations of the same person where the arm points the same way. Every
+prediction has a row; failed solves have their status and only the last of these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
+from scapulohumeral.errors import DataError
+from scapulohumeral.model.muscle_paths.pose_region import (
+    Region,
+    elevation_poses,
+    recorded_poses,
+)
 from scapulohumeral.model.participant import read_participant
-from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
-from scapulohumeral.report.prediction.against import STOP_MOMENT, read_predictions
+from scapulohumeral.quantities.recordings_apart import Apart, recordings_apart
+from scapulohumeral.report.prediction.against import STOP_MOMENT, Predicted, read_predictions
 
 CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
-# Angles of the girdle, by column; with the prefix those of the tracked motion.
+# Angles of the girdle, by column; with a prefix those of the tracked motion, or of the recordings.
 ANGLES = {
     "ur_rmse_deg": "upward rotation",
     "tilt_rmse_deg": "tilt",
@@ -31,17 +38,19 @@ ANGLES = {
     "clavicle_elevation_rmse_deg": "clavicle elevation",
 }
 TRACKED = "tracked_"
+APART = "apart_"
 COLUMNS = (
     *("participant", "task", "condition", "variant", "hand_load_kg", "status", CERTIFIED),
     *(field.name for field in fields(TaskDistance)),
     *(f"{TRACKED}{column}" for column in ANGLES),
+    *(f"{APART}{field.name}" for field in fields(Apart)),
     *(OUTSIDE, STOP_MOMENT),
 )
 
 
 @dataclass(frozen=True)
 class TaskFiles:
-    """Predictions, their summaries and the tracked tasks in one order; all participants."""
+    """Predictions and their summaries in one order; tracked tasks and participants in any."""
 
     solutions: Sequence[Path]
     summaries: Sequence[Path]
@@ -55,15 +64,29 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     Parameters
     ----------
     region : that muscle paths were fitted to
+
+    Raises
+    ------
+    DataError                        a prediction whose task is not among the tracked ones
     """
-    names = {path.parent.name: path.parents[1] for path in files.participants}
-    fitted = {n: recorded_poses(read_participant(folder, n)) for n, folder in names.items()}
+    people = {
+        path.parent.name: read_participant(path.parents[1], path.parent.name)
+        for path in files.participants
+    }
+    fitted = {name: recorded_poses(person) for name, person in people.items()}
+    elevated = {name: elevation_poses(person) for name, person in people.items()}
+    tracked: dict[tuple[str, ...], Solution] = {
+        (one.header["participant"], one.header["trial"]): one
+        for one in map(read_solution, files.tracked)
+    }
     rows = []
-    predictions = read_predictions(files.solutions, files.summaries)
-    for one, path in zip(predictions, files.tracked, strict=True):
-        recorded = read_solution(path)
+    for one in read_predictions(files.solutions, files.summaries):
+        recorded = _followed(one, tracked)
         row = {"task": recorded.header["trial"], **one.names}
         row["hand_load_kg"] = one.summary["hand_load_kg"]
+        others = elevated[one.names["participant"]]
+        apart = asdict(recordings_apart(recorded.reference_pose, others))
+        row |= {f"{APART}{name}": value for name, value in apart.items()}
         if one.solved:
             pose = one.solution.pose
             same = on_mesh(recorded, float(np.diff(one.solution.time_s).mean()))
@@ -77,3 +100,14 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
             }
         rows.append(row)
     return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _followed(one: Predicted, tracked: Mapping[tuple[str, ...], Solution]) -> Solution:
+    """The tracked task that a prediction follows, by participant and task."""
+    name = (one.summary["participant"], *one.summary["planes"])
+    if name not in tracked:
+        raise DataError(
+            f"prediction of {' '.join(name)}: no tracked task has that name. There are: "
+            f"{', '.join(' '.join(known) for known in tracked)}. Name its tracking solution too"
+        )
+    return tracked[name]

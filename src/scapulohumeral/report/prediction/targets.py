@@ -286,6 +286,9 @@ def distance_table(judged: Judged) -> Table:
 def task_table(judged: Judged) -> Table:
     """Every prediction on the arm of a daily task; marked: not converged, or no certificate."""
     columns = {
+        f"{daily_tasks.APART}turn_deg": "recorded scapula turned against the elevations'",
+        f"{daily_tasks.APART}turn_sd_deg": "scatter of that turn",
+        f"{daily_tasks.APART}matched_share": "nodes that this was told from [1]",
         "ur_bias_deg": "upward rotation, mean difference",
         "ur_recorded_sd_deg": "recorded upward rotation, standard deviation",
         "arm_rmse_deg": "elevation of the arm, RMSE",
@@ -296,7 +299,8 @@ def task_table(judged: Judged) -> Table:
         (
             *(str(row[name]) for name in ("participant", "task", "hand_load_kg", "status")),
             *(
-                f"{_number(row[angle])} ({_number(row[daily_tasks.TRACKED + angle])})"
+                f"{_number(row[angle])} ({_number(row[daily_tasks.TRACKED + angle])};"
+                f" {_number(row[daily_tasks.APART + angle])})"
                 for angle in daily_tasks.ANGLES
             ),
             *(_number(row[column]) for column in columns),
@@ -304,7 +308,7 @@ def task_table(judged: Judged) -> Table:
         for row in judged.tasks.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(judged.tasks.itertuples()) if not _proven(row))
-    angles = (f"{words}, RMSE (tracked)" for words in daily_tasks.ANGLES.values())
+    angles = (f"{words}, RMSE (tracked; recordings)" for words in daily_tasks.ANGLES.values())
     names = ("participant", "task", "load [kg]", "status", *angles, *columns.values())
     return Table(names, rows, flagged)
 

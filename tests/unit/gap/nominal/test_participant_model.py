@@ -146,12 +146,16 @@ def test_other_settings_of_the_fit_are_fitted_anew(runs, case, tmp_path):
 
 @pytest.mark.parametrize(
     ("choice", "sampled"),
-    [({"serratus_path": "as_scaled"}, True), ({"fibres": "published"}, False)],
+    [
+        ({"serratus_path": "as_scaled"}, True),
+        ({"paths": "published"}, True),
+        ({"fibres": "published"}, False),
+    ],
 )
 def test_another_model_of_the_study_is_another_model_of_a_case(
     runs, case, tmp_path, choice, sampled
 ):
-    """Paths run over the surface of the thorax; fibres change none of them."""
+    """Paths run over the surface of the thorax or are others; fibres change none of them."""
     first = participant_model(case, SETTINGS, tmp_path / "cache")
     other = replace(SETTINGS, choices={**CHOICES, **choice})
     assert participant_model(case, other, tmp_path / "cache").hash != first.hash

@@ -10,11 +10,14 @@ from places import REPOSITORY
 from synthetic_coordination import CERTIFICATE
 from synthetic_study import solution, write_json
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.model.muscle_paths.pose_region import Region
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.problem_choices import ProblemChoices
+from scapulohumeral.quantities.population import UPWARD_ROTATION
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS, TaskFiles, task_distances
 from scapulohumeral.stages.prediction import Condition
 
@@ -38,6 +41,8 @@ def files(folder: Path, turned_deg: dict[str, float], failed: str = "") -> TaskF
             "status": "failed" if task == failed else "optimal",
             "condition": asdict(Condition("healthy", "generic", 2.0)),
             "variant": "study",
+            "trial": "composite",
+            "planes": {task: [0, len(recorded)]},
             "choices": asdict(ProblemChoices()),
             "hand_load_kg": recordings[task].hand_load_kg,
             "stop_moment_median_Nm": 0.0,
@@ -67,6 +72,22 @@ def test_each_task_is_compared_with_its_own_recording(tmp_path):
     assert turned.hand_load_kg == 2.0
     assert right.certified
     assert right.outside_fit_share == 0.0
+    known = thorax_angles(
+        trial_to_pose(read_participant(PARTICIPANTS, "par1").elevations[0].angles_rad)
+    )
+    assert 0.0 < right.apart_ur_rmse_deg < np.ptp(known[:, UPWARD_ROTATION])
+
+
+def test_order_of_tracked_tasks_does_not_matter(tmp_path):
+    given = files(tmp_path, {"drinking": 0.0, "lifting": 5.0})
+    turned = replace(given, tracked=given.tracked[::-1])
+    pd.testing.assert_frame_equal(task_distances(turned, WIDE), task_distances(given, WIDE))
+
+
+def test_task_without_its_tracking_is_refused_by_name(tmp_path):
+    given = files(tmp_path, {"drinking": 0.0, "lifting": 5.0})
+    with pytest.raises(DataError, match="prediction of par1 lifting: no .* par1 drinking"):
+        task_distances(replace(given, tracked=given.tracked[:1]), WIDE)
 
 
 def test_a_scapula_where_no_path_was_fitted_is_counted(tmp_path):
@@ -78,5 +99,6 @@ def test_failed_solve_keeps_its_row_without_numbers(tmp_path):
     given = files(tmp_path, {"drinking": 0.0, "driving": 0.0}, failed="driving")
     table = task_distances(given, WIDE).set_index("task")
     assert table.status["driving"] == "failed"
+    assert table.apart_matched_share["driving"] > 0.0, "recordings need no solution"
     assert pd.isna(table.ur_rmse_deg["driving"])
     assert pd.isna(table.certified["driving"])

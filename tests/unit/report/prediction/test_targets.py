@@ -1,11 +1,13 @@
 """Verdicts by config/targets.yaml: a wrong scapula and a missing solve fail, a right one holds."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import pandas as pd
 import pytest
 import yaml
 
+from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
@@ -204,6 +206,7 @@ GOOD_TASK = {
 
 
 GOOD_TASK |= {f"tracked_{angle}": 1.0 for angle in ANGLES}
+GOOD_TASK |= {f"apart_{field.name}": 1.0 for field in fields(Apart)}
 
 
 def tasks(**changes: object) -> pd.DataFrame:

@@ -190,10 +190,11 @@ def variant_inputs(wildcards):
     condition, inputs = condition_of(wildcards), variant_files(wildcards)
     if condition["parameters"] == "calibrated":
         inputs["calibration"] = variant_scalers(wildcards)
+    before, start = VARIANTS[wildcards.variant].neighbour, wildcards.condition
     if condition["start"] not in ("tracking", "direct"):
-        inputs["neighbour"] = (
-            f"results/variants/{wildcards.variant}/{wildcards.participant}/{condition['start']}.npz"
-        )
+        before, start = wildcards.variant, condition["start"]
+    if before:
+        inputs["neighbour"] = f"results/variants/{before}/{wildcards.participant}/{start}.npz"
     return inputs
 
 

@@ -19,18 +19,26 @@ PATH_CHOICES = ("serratus_path", "paths")
 
 @dataclass(frozen=True)
 class Variant:
-    """What differs from the study's own: `model` and `problem` choices by key."""
+    """What differs from the study's own: `model` and `problem` choices by key.
+
+    `neighbour` is the variant whose solutions those of this one start from, if any.
+    """
 
     name: str
     model: Mapping[str, str]
     problem: Mapping[str, Any]
+    neighbour: str | None = None
 
     def without(self, name: str, keys: Sequence[str]) -> Variant:
-        """The variant of another name whose choices of some keys are the study's."""
+        """The variant of another name whose choices of some keys are the study's.
+
+        It starts from this one, unless the arm that is followed is another.
+        """
         return Variant(
             name,
             {key: value for key, value in self.model.items() if key not in keys},
             {key: value for key, value in self.problem.items() if key not in keys},
+            None if "arm" in keys else self.name,
         )
 
 
@@ -51,7 +59,8 @@ def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[st
     """Rungs between a variant and the study: ``upto_<step>`` in order, some ``alone_<step>``.
 
     The last ``upto`` is the study on the first variant's arm unless the arm is a step, too. The
-    first step needs no rung of its own alone.
+    first step needs no rung of its own alone. Each rung starts from the one that it differs from by
+    one step: where a problem has several optima, what differs is the step and not the optimum.
     """
     start = settings["start"]
     if start not in named:

@@ -360,7 +360,10 @@ def _ways(scene: _Scene, files: PredictionFiles) -> Iterator[_Way]:
         between = [c for c in settings.capacity_steps if condition.capacity < c < highest]
         capacities = [*sorted(between, reverse=True), condition.capacity]
         steps = tuple(scene.posed(capacity) for capacity in capacities)
-        yield _Way(before["name"], neighbour.start, steps)
+        variant = neighbour.header["variant"]
+        own = variant == settings.variant
+        name = before["name"] if own else f"{variant}/{before['name']}"
+        yield _Way(name, neighbour.start, steps)
     tracked = scene.composite.trajectory
     if condition.start == "direct":
         yield _Way("direct", tracked, (scene.posed(condition.capacity),))

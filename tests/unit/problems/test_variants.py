@@ -58,11 +58,28 @@ def section(**changes):
 
 def test_rungs_take_differences_back_alone_and_together():
     found = named_variants(section())
-    assert found["alone_masses"] == Variant("alone_masses", {}, PUBLISHED["problem"])
-    assert found["upto_masses"] == Variant("upto_masses", {}, {"stops": False})
+    problem = PUBLISHED["problem"]
+    assert found["alone_masses"] == Variant("alone_masses", {}, problem, "published")
+    assert found["upto_masses"] == Variant("upto_masses", {}, {"stops": False}, "upto_ligament")
     assert "alone_stops" not in found
     last = found["upto_stops"]
     assert (last.model, last.problem) == (found["study"].model, found["study"].problem)
+
+
+def test_rungs_start_from_the_one_below_on_the_same_arm():
+    published = {"model": {}, "problem": {"arm": "published", "stops": False, "conoid": "soft"}}
+    steps = {"ligament": ["conoid"], "arm": ["arm"], "stops": ["stops"]}
+    settings = {"start": "published", "alone": ["arm", "stops"], "steps": steps}
+    found = named_variants({"named": {"published": published}, "ladder": settings})
+    assert {name: variant.neighbour for name, variant in found.items()} == {
+        "study": None,
+        "published": None,
+        "upto_ligament": "published",
+        "alone_arm": None,
+        "upto_arm": None,
+        "alone_stops": "published",
+        "upto_stops": "upto_arm",
+    }
 
 
 def test_ladder_names_what_it_cannot_take_back():

@@ -84,12 +84,13 @@ def way(quaternion_equations, tmp_path):
     model = small_model(quaternion_equations)
     composite = compose([solution("par2", "frontal", "quaternion")], 0.04, 1.0)
 
-    def way(condition, neighbour=None, status="optimal"):
+    def way(condition, neighbour=None, status="optimal", variant="study"):
         path = None
         if neighbour is not None:
             path = tmp_path / "neighbour.npz"
             solved = solution("par2", "frontal", "quaternion")
             header = {**solved.header, "condition": asdict(neighbour), "status": status}
+            header["variant"] = variant
             write_solution(replace(solved, header=header), path)
         unread = Path("unread")
         files = PredictionFiles(ModelFiles(*[unread] * 5), unread, None, (), path)
@@ -185,6 +186,10 @@ def test_capacity_goes_on_from_a_neighbour_that_is_limited_alike(way):
     assert capacities(way(replace(WEAK, w_gh=10.0), WEAK)[0].steps) == [0.0]
     other = replace(WEAK, name="other", muscles=("brachialis",))
     assert capacities(way(WEAK, other)[0].steps) == [0.5, 0.2, 0.0]
+
+
+def test_a_neighbour_of_another_variant_is_named_with_it(way):
+    assert way(HEALTHY, HEALTHY, variant="upto_box")[0].name == "upto_box/healthy"
 
 
 def test_without_a_solved_neighbour_the_condition_is_reached_from_tracking(way):

@@ -364,6 +364,8 @@ def _ways(scene: _Scene, files: PredictionFiles) -> Iterator[_Way]:
         own = variant == settings.variant
         name = before["name"] if own else f"{variant}/{before['name']}"
         yield _Way(name, neighbour.start, steps)
+        # Multipliers of a far neighbour lead astray: its motion alone, on a coarse mesh first.
+        yield _Way(f"motion of {name}", Start(neighbour.free), steps)
     tracked = scene.composite.trajectory
     if condition.start == "direct":
         yield _Way("direct", tracked, (scene.posed(condition.capacity),))

@@ -193,8 +193,11 @@ def test_a_neighbour_of_another_variant_is_named_with_it(way):
 
 
 def test_without_a_solved_neighbour_the_condition_is_reached_from_tracking(way):
-    first, last = way(WEAK, HEALTHY)
-    assert (first.name, last.name) == ("healthy", "tracking")
+    first, motion, last = way(WEAK, HEALTHY)
+    assert (first.name, motion.name, last.name) == ("healthy", "motion of healthy", "tracking")
+    assert first.start.multipliers is not None
+    assert motion.start.multipliers is None
+    np.testing.assert_array_equal(motion.start.free, first.start.free)
     (only,) = way(WEAK, HEALTHY, status="failed")
     assert only.name == "tracking"
     assert [problem.objective.weights.guidance for problem in only.steps] == [1.0, 0.1, 0.0]

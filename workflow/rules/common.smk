@@ -198,6 +198,12 @@ def variant_inputs(wildcards):
     return inputs
 
 
+def variant_iterations(wildcards):
+    """Iterations that a variant's solves are given: more where they start from another variant."""
+    far = VARIANTS[wildcards.variant].neighbour
+    return (config["variants"]["ladder"] if far else config["prediction"])["max_iterations"]
+
+
 def variant_scalers(wildcards):
     """Scalers of a variant: those that were published for fibres as the authors set them."""
     published = PARTICIPANTS / wildcards.participant / "published" / "scalers.json"

@@ -81,7 +81,7 @@ use rule solve_prediction as solve_variant with:
     params:
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
+        max_iterations=variant_iterations,
         hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/prediction"),
         pause_s=lookup(within=config, dpath="composite/pause_s"),

@@ -331,6 +331,10 @@ class Ladder(Section):
     """Rungs between a variant and the study."""
 
     start: Annotated[str, key("Variant that the ladder starts from [no unit].")]
+    max_iterations: Annotated[
+        Whole,
+        key("As in prediction, of solves from another variant [1].", ge=1, le=20000),
+    ]
     participant: Annotated[FolderName, key("Participant of every rung [no unit].")]
     conditions: Annotated[Conditions, key("Conditions of every rung [no unit].")]
     alone: Annotated[

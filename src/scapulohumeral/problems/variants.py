@@ -60,7 +60,8 @@ def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[st
 
     The last ``upto`` is the study on the first variant's arm unless the arm is a step, too. The
     first step needs no rung of its own alone. Each rung starts from the one that it differs from by
-    one step: where a problem has several optima, what differs is the step and not the optimum.
+    one step, so that a step leads to another optimum only if it does so from there, and not because
+    the start was another.
     """
     start = settings["start"]
     if start not in named:

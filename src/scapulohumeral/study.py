@@ -287,7 +287,12 @@ def _check_variants(study: Study) -> None:
     """Refuse predictions of variants, or by conditions, that are not described."""
     section = study.config["variants"]
     described = named_variants(section)
-    for key, names in (("predict", section["predict"]), ("tried", section["tried"]["variants"])):
+    chosen_by_key = (
+        ("predict", section["predict"]),
+        ("tried", section["tried"]["variants"]),
+        ("held", section["held"]["variants"]),
+    )
+    for key, names in chosen_by_key:
         for name in names:
             if name not in described:
                 raise ConfigError(
@@ -297,7 +302,8 @@ def _check_variants(study: Study) -> None:
     conditions = study.config["prediction"]["conditions"]
     people = section["predict"].values()
     asked = [name for chosen in people for names in chosen.values() for name in names]
-    for name in [*asked, *section["ladder"]["conditions"], section["tried"]["condition"]]:
+    once = [section[key]["condition"] for key in ("tried", "held")]
+    for name in [*asked, *section["ladder"]["conditions"], *once]:
         if name not in conditions:
             raise ConfigError(
                 f"Config section 'variants' asks for the condition '{name}', which "

@@ -47,7 +47,9 @@ def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str
         assert rule in result.stdout
 
 
-@pytest.mark.parametrize("table", ["ladder", "tried", "sensitivity", "static_postures", "recovery"])
+@pytest.mark.parametrize(
+    "table", ["ladder", "tried", "sensitivity", "static_postures", "recovery", "held_girdle"]
+)
 def test_tables_beside_the_study_have_rules_for_all_their_files(snakemake: Run, table: str) -> None:
     """Also where the name of a model, made of what it is chosen by, holds a digit."""
     result = snakemake("--dry-run", "--workflow-profile", "workflow/profiles/default", table)

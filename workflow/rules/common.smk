@@ -234,6 +234,23 @@ def ladder_results(pattern):
     )
 
 
+def held_results(pattern):
+    """Paths of the predictions whose girdle is held to a motion."""
+    held = config["variants"]["held"]
+    return [
+        pattern.format(variant=variant, participant=participant, condition=held["condition"])
+        for variant, people in held["variants"].items()
+        for participant in people
+    ]
+
+
+def prediction_of(wildcards):
+    """Solution of a variant's prediction, that of the study included."""
+    study = wildcards.variant == variants.STUDY
+    folder = "results/prediction" if study else f"results/variants/{wildcards.variant}"
+    return f"{folder}/{wildcards.participant}/{wildcards.condition}.npz"
+
+
 def tried_results(pattern):
     """Paths of the variants that were tried on every participant."""
     tried = config["variants"]["tried"]

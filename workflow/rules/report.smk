@@ -64,6 +64,7 @@ rule render_report:
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),
         postures=committed_table("static_postures"),
+        held=committed_table("held_girdle"),
         tried=committed_table("tried"),
         recovery=committed_table("recovery"),
         moment_arms=["config/literature/moment_arms.csv"],

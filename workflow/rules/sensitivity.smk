@@ -134,3 +134,53 @@ rule static_postures:
         "Static postures of all participants: reports/static_postures.csv"
     shell:
         "awk 'FNR > 1 || NR == 1' {input.tables} > reports/static_postures.csv 2> {log.python}"
+
+
+rule hold_girdle:
+    input:
+        unpack(variant_inputs),
+        participant=PARTICIPANT_FILE,
+        thorax="results/models/{participant}_thorax.json",
+        equations="results/equations/quaternion",
+        channels="config/emg/channels.csv",
+        tracked=tracked_elevations,
+        solution=prediction_of,
+        code=code_of("scapulohumeral.stages.checks.held_girdle"),
+    output:
+        table="results/sensitivity/held/{variant}/{participant}/{condition}.csv",
+    log:
+        python="results/logs/hold_girdle/{variant}_{participant}_{condition}.python.log",
+    benchmark:
+        "results/benchmarks/hold_girdle/{variant}_{participant}_{condition}.jsonl"
+    params:
+        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
+        tolerance=lookup(within=config, dpath="solve/tolerance"),
+        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
+        hessian=lookup(within=config, dpath="solve/hessian"),
+        weights=lookup(within=config, dpath="weights/prediction"),
+        pause_s=lookup(within=config, dpath="composite/pause_s"),
+        guidance=lookup(within=config, dpath="prediction/guidance"),
+        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
+        condition=condition_of,
+        problem=lambda wildcards: dict(VARIANTS[wildcards.variant].problem),
+        shares=lookup(within=config, dpath="variants/held/shares"),
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=60,
+    message:
+        "Girdle held to a motion: variant {wildcards.variant}, participant {wildcards.participant}"
+    script:
+        "../scripts/hold_girdle.py"
+
+
+rule held_girdle:
+    input:
+        tables=held_results("results/sensitivity/held/{variant}/{participant}/{condition}.csv"),
+    log:
+        python="results/logs/held_girdle.log",
+    localrule: True
+    message:
+        "What a motion of the girdle costs its prediction: reports/held_girdle.csv"
+    shell:
+        "awk 'FNR > 1 || NR == 1' {input.tables} > reports/held_girdle.csv 2> {log.python}"

@@ -356,6 +356,20 @@ class Tried(Section):
 
 
 @dataclass(frozen=True)
+class Held(Section):
+    """What it costs a prediction to hold its girdle to a motion."""
+
+    condition: Annotated[ConditionName, key("Condition that is held [no unit].")]
+    shares: Annotated[
+        list[Share], key("Shares of the tracking weight that hold the girdle, firmest first [1].")
+    ]
+    variants: Annotated[
+        dict[ConditionName, list[FolderName]],
+        key("Participants by variant [no unit]."),
+    ]
+
+
+@dataclass(frozen=True)
 class Variants(Section):
     """Variants of model and problem beside the study's own."""
 
@@ -369,6 +383,7 @@ class Variants(Section):
     ]
     ladder: Annotated[Ladder, key("Rungs between a variant and the study.")]
     tried: Annotated[Tried, key("Variants against the recordings of all participants.")]
+    held: Annotated[Held, key("Predictions whose girdle is held to a motion.")]
 
 
 @dataclass(frozen=True)

@@ -239,6 +239,11 @@ class Objective:
             terms["parameters"] = w.parameters * float(((x.scalers - 1) ** 2).sum())
         return terms
 
+    def effort_by_muscle(self, x: Trajectory) -> np.ndarray:
+        """What each muscle element adds to the term of activation, (M,)."""
+        costs = self.effort * np.abs(x.a) ** self.effort_power
+        return self.weights.activation * (self._quadrature @ costs)
+
     def value(self, x: Trajectory) -> float:
         """Objective."""
         return sum(self.terms(x).values())

@@ -23,3 +23,10 @@ def group_force(force: np.ndarray, groups: np.ndarray) -> dict[str, np.ndarray]:
     return {
         str(name): force[:, groups == name].sum(axis=1) for name in dict.fromkeys(groups.tolist())
     }
+
+
+def most_changed(change: np.ndarray, groups: np.ndarray, count: int = 3) -> str:
+    """Groups whose sum of a change (M,) is largest either way, with it, as words for a table."""
+    sums = {str(name): float(change[groups == name].sum()) for name in dict.fromkeys(groups)}
+    first = sorted(sums, key=lambda name: -abs(sums[name]))[:count]
+    return ", ".join(f"{name} {sums[name]:+.3f}" for name in first)

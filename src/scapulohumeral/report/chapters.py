@@ -73,6 +73,7 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "ladder": ladder_content(study),
         "sensitivity": sensitivity_content(study),
         "postures": committed_content(study.coordination.postures),
+        "held": committed_content(study.coordination.held),
         "tried": committed_content(study.coordination.tried),
         "measured": measured_content(study),
         "population": prediction_tables.population_rhythm(),

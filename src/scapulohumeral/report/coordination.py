@@ -51,6 +51,7 @@ class CoordinationFiles:
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
+    held : table of predictions whose girdle is held to a motion
     tried : table of variants against the recordings
     recovery : table of calibrations to arms of other structure
     moment_arms, joint_force : published measurements (config/literature)
@@ -75,6 +76,7 @@ class CoordinationFiles:
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
+    held: Sequence[Path] = ()
     tried: Sequence[Path] = ()
     recovery: Sequence[Path] = ()
     moment_arms: Sequence[Path] = ()
@@ -248,6 +250,7 @@ class Coordination:
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
     postures : girdles of least effort under a still arm, empty if they were not computed
+    held : prices of girdles held to a motion, empty if they were not computed
     tried : variants against the recordings, empty if they were not computed
     recovery : calibrations to arms of other structure, empty if they were not computed
     spreads : what uncertain scalers do to predictions, empty without calibrated predictions
@@ -267,6 +270,7 @@ class Coordination:
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
     postures: pd.DataFrame = field(default_factory=pd.DataFrame)
+    held: pd.DataFrame = field(default_factory=pd.DataFrame)
     tried: pd.DataFrame = field(default_factory=pd.DataFrame)
     recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
     spreads: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -317,6 +321,7 @@ def read_coordination(
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
+        held=_read_table(files.held),
         tried=_read_table(files.tried),
         recovery=_read_table(files.recovery),
         spreads=_read_table(files.spreads),

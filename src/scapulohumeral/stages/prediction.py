@@ -258,6 +258,22 @@ def posing(
     return lambda muscles: replace(scene, muscles=muscles).posed(condition.capacity)
 
 
+def girdle_held(
+    condition: Condition, files: PredictionFiles, settings: PredictionSettings
+) -> tuple[PosedProblem, Callable[[float], PosedProblem]]:
+    """The problem of a condition, and a function that poses it with its girdle held to a motion.
+
+    The function takes a share of the tracking weight, with which clavicle and scapula follow the
+    recording, or on a published arm the published prediction.
+    """
+    scene = _scene(condition, files, settings)
+    free = scene.posed(condition.capacity)
+    if files.arm is not None:
+        motion = published_pose(read_motion(files.arm), settings.solve.time_step_s)
+        scene = replace(scene, composite=replace(scene.composite, reference=motion))
+    return free, lambda share: replace(scene.posed(condition.capacity, share), bounds=free.bounds)
+
+
 def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSettings) -> _Scene:
     model = load_model(files.model)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)

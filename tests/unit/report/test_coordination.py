@@ -41,7 +41,7 @@ pytestmark = pytest.mark.unit
 
 PLANES = ("frontal", "scapular", "sagittal")
 # Fields that take committed tables under another name.
-FIELDS = {"static_postures": "postures"}
+FIELDS = {"static_postures": "postures", "held_girdle": "held"}
 
 
 @pytest.fixture(scope="module")

@@ -27,6 +27,7 @@ from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import effort_factors
 from scapulohumeral.problems.static_posture import Posture, StaticSolution, static_posture
 from scapulohumeral.quantities.joint_loading import glenohumeral_load
+from scapulohumeral.quantities.muscle_groups import most_changed
 from scapulohumeral.quantities.population import POSTERIOR_TILT, UPWARD_ROTATION
 from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
 from scapulohumeral.quantities.rhythm import rising_part
@@ -38,8 +39,6 @@ LEVELS_DEG = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 NEAR_DEG = 2.0
 # Weight on the recorded clavicle and scapula: that of tracking. They stay within a degree or two.
 HELD = (200.0,)
-# Groups named as those that pay for the recorded girdle.
-NAMED = 3
 ANGLES = ("upward_rotation", "tilt", "clavicle_elevation")
 COSTS = ("effort", "stability", "force_bw")
 COLUMNS = (
@@ -155,8 +154,5 @@ def _paying(
     posture: Posture, free: StaticSolution, held: StaticSolution, record: ModelRecord
 ) -> str:
     """Groups whose effort differs most between the held and the free girdle, largest first."""
-    groups = np.array(record.muscle_groups)
     change = posture.effort * (held.activation**2 - free.activation**2)
-    sums = {str(name): float(change[groups == name].sum()) for name in dict.fromkeys(groups)}
-    first = sorted(sums, key=lambda name: -abs(sums[name]))[:NAMED]
-    return ", ".join(f"{name} {sums[name]:+.3f}" for name in first)
+    return most_changed(change, np.array(record.muscle_groups))

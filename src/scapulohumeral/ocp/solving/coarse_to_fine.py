@@ -7,9 +7,9 @@ problem is solved on its own mesh alone, and the result says so.
 Of a start only the unknowns are taken, also where it has multipliers: they belong to a neighbour,
 and with them the exact Hessian is corrected for its inertia again and again, where Gauss-Newton
 needs no correction (par2 without the cuff from the healthy one: 35 iterations on the coarse mesh at
-twice the price, against 21). Nor does a near neighbour's own fine solution help (par2 at 75 % of the
-cuff): 19 to 27 iterations on the fine mesh from it alone, 9 to 11 from it and the difference of two
-coarse solutions, which cost more than the one or two iterations saved, against 10 as it is.
+twice the price, against 21). Nor does the fine solution of a near neighbour help (par2 at 75 % of
+the cuff): 19 to 27 iterations on the fine mesh from it alone, 9 to 11 from it and the difference of
+two coarse solutions, which cost more than the one or two iterations saved, against 10 as it is.
 
 Letters: N nodes.
 """

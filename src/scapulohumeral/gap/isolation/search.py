@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -74,19 +74,17 @@ def fit_all(
     yielding person add more to them.
 
     A simulation does what its model solves: there a new solution counts whatever the derivative
-    promised, and all that do not stay far behind are solved again. They take one step, and only
-    those that are not far behind the strongest by then take the others.
+    promised, and all that do not stay far behind are solved again.
     """
     by_person = dict(evidence.fits)
     # Without reference trials the prediction follows errors of the record: small, so linear.
     able = [f for f in evidence.screened if _may_change(f, evidence)]
     told = _Told(evidence)
-    simulated, steps = evidence.settings.of_simulations, evidence.settings.refits
-    once = 1 if simulated else steps
+    simulated = evidence.settings.of_simulations
     for count in (len(able),) if simulated else _rounds(evidence.settings.short_list):
         again = told.next(able, count)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
-        jobs = [(told.alternatives(f), evidence, model, once) for f in again]
+        jobs = [(told.alternatives(f), evidence, model) for f in again]
         for first, solved in zip(again, side_by_side(_refit_any, jobs, threads), strict=True):
             told.learn(first, solved)
             if solved is None:
@@ -95,9 +93,8 @@ def fit_all(
                 )
                 continue
             by_person = _with(by_person, solved, simulated)
-    more = [([f], evidence, model, steps - once) for f in told.near() if steps > once]
-    more += [([f], evidence, model, steps) for f in told.untried()]
-    for solved in side_by_side(_refit_any, more, threads):
+    for other in told.untried():
+        solved = _refit_any([other], evidence, model)
         by_person = by_person if solved is None else _with(by_person, solved, simulated)
     singles = tuple(f for fits in by_person.values() for f in fits)
     pairs = tuple(f for one in _probable(evidence) for f in _pairs(evidence, by_person, one))
@@ -127,7 +124,7 @@ class _Told:
     gains : by family, log evidence that a new solution has added
     done : labels that were looked at; unsolved : families and stiffnesses without a solution
     strongest : largest log evidence with prior
-    solved : those that were solved again, as they were solved
+    best : the strongest of those that were solved again, as it was solved
     """
 
     def __init__(self, evidence: Evidence) -> None:
@@ -136,7 +133,7 @@ class _Told:
         self.done: set[str] = set()
         self.unsolved: set[tuple[str, float]] = set()
         self.strongest = max(map(self._weight, evidence.screened))
-        self.solved: list[Fit] = []
+        self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
         self.behind = BEHIND
         if evidence.settings.of_simulations:
@@ -162,7 +159,8 @@ class _Told:
         """Whether a new solution may bring an effect near the strongest; records cost nothing."""
         if not first.hypothesis.effects[0].changes_body:
             return True
-        gain = self.gains.get(family(first.label), ADDED * self._explained(first))
+        explained = max(first.log_evidence - self.nothing[first.moved_deg], 0.0)
+        gain = self.gains.get(family(first.label), ADDED * explained)
         return self._weight(first) + gain > self.strongest - self.behind
 
     def alternatives(self, first: Fit) -> list[Fit]:
@@ -182,29 +180,17 @@ class _Told:
                 gain = solved.log_evidence - _alternatives(first, self.evidence)[0].log_evidence
                 self.gains[name] = max(gain, self.gains.get(name, 0.0))
                 self.strongest = max(self.strongest, self._weight(solved))
-                self.solved.append(solved)
+                if self.best is None or self._weight(solved) > self._weight(self.best):
+                    self.best = solved
                 return
             self.unsolved.add((name, _stiffness(tried)))
 
     def untried(self) -> list[Fit]:
         """What is left to be solved of the strongest: none if its first choice had no solution."""
-        best = max(self.solved, key=self._weight, default=None)
-        if best is None or self._weight(best) < self.strongest:
+        if self.best is None or self._weight(self.best) < self.strongest:
             return []
-        first, *others = _alternatives(best, self.evidence)
-        return others if _stiffness(first) == _stiffness(best) else []
-
-    def near(self) -> list[Fit]:
-        """Those solved again that another step may bring near the strongest of them."""
-        strongest_solved = max(map(self._weight, self.solved), default=-np.inf)
-        return [
-            f
-            for f in self.solved
-            if self._weight(f) + ADDED * self._explained(f) > strongest_solved - self.behind
-        ]
-
-    def _explained(self, one: Fit) -> float:
-        return max(one.log_evidence - self.nothing[one.moved_deg], 0.0)
+        first, *others = _alternatives(self.best, self.evidence)
+        return others if _stiffness(first) == _stiffness(self.best) else []
 
     def _weight(self, one: Fit) -> float:
         return one.log_evidence + float(np.log(self.evidence.prior[one.label]))
@@ -264,14 +250,11 @@ def _pairs(
     ]
 
 
-def _refit_any(
-    fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel, steps: int
-) -> Fit | None:
-    """The first of some fits that can be solved again with so many steps, or None."""
-    settings = replace(evidence.settings, refits=steps)
+def _refit_any(fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel) -> Fit | None:
+    """The first of some fits that can be solved again, or None."""
     for first in fits:
         residual = evidence.residuals[first.moved_deg]
-        what = evidence.signatures, model, evidence.sensors, settings
+        what = evidence.signatures, model, evidence.sensors, evidence.settings
         solved = _refit_or_keep(first, residual, *what)
         if solved is not None:
             return solved

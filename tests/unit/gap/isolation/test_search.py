@@ -280,20 +280,3 @@ def test_of_the_strongest_the_next_stiffness_is_left_to_be_solved(evidence):
     assert told.untried() == []
     told.learn(first, firm.with_evidence(firm.log_evidence + 3.0))
     assert told.untried() == [loose]
-
-
-def test_of_simulations_only_those_near_the_strongest_take_a_second_step(evidence, monkeypatch):
-    steps = []
-
-    def refit_or_keep(first, residual_, signatures, model, sensors, settings):
-        steps.append((first.label, settings.refits))
-        own = empirical_bayes.fit(first.hypothesis, residual_, ERROR)
-        behind = 0.0 if first.label == DAMPING.label else 1e6
-        return own.with_evidence(own.log_evidence - behind)
-
-    monkeypatch.setattr(search, "_refit_or_keep", refit_or_keep)
-    simulated = replace(evidence.settings, of_simulations=True, refits=3)
-    fit_all(replace(evidence, settings=simulated), None, 1, [])
-    again = [label for label, count in steps if count > 1]
-    assert set(again) == {DAMPING.label}
-    assert {(DAMPING.label, 1), (DAMPING.label, 2)} < set(steps)

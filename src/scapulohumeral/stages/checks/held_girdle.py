@@ -83,7 +83,7 @@ def held_girdle(
             "status": "optimal",
             **_prices(free, found, at_optimum),
             **_distances(joint_pose(free.model.forces.dynamics.name, found), motion, planes),
-            "paying": _paying(free, found, at_optimum),
+            "paying": "" if share == FREE else _paying(free, found, at_optimum),
         }
 
     rows, start = [row(FREE, at_optimum)], Start(before.free)

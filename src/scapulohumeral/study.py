@@ -287,12 +287,9 @@ def _check_variants(study: Study) -> None:
     """Refuse predictions of variants, or by conditions, that are not described."""
     section = study.config["variants"]
     described = named_variants(section)
-    chosen_by_key = (
-        ("predict", section["predict"]),
-        ("tried", section["tried"]["variants"]),
-        ("held", section["held"]["variants"]),
-    )
-    for key, names in chosen_by_key:
+    beside = ("tried", "held")
+    chosen = {"predict": section["predict"], **{key: section[key]["variants"] for key in beside}}
+    for key, names in chosen.items():
         for name in names:
             if name not in described:
                 raise ConfigError(
@@ -301,9 +298,9 @@ def _check_variants(study: Study) -> None:
                 )
     conditions = study.config["prediction"]["conditions"]
     people = section["predict"].values()
-    asked = [name for chosen in people for names in chosen.values() for name in names]
-    once = [section[key]["condition"] for key in ("tried", "held")]
-    for name in [*asked, *section["ladder"]["conditions"], *once]:
+    asked = [name for of_person in people for names in of_person.values() for name in names]
+    asked += [section[key]["condition"] for key in beside]
+    for name in [*asked, *section["ladder"]["conditions"]]:
         if name not in conditions:
             raise ConfigError(
                 f"Config section 'variants' asks for the condition '{name}', which "

@@ -130,10 +130,13 @@ rule static_postures:
     log:
         python="results/logs/static_postures.log",
     localrule: True
+    params:
+        # No output: no rule makes tables in reports/.
+        table="reports/static_postures.csv",
     message:
         "Static postures of all participants: reports/static_postures.csv"
     shell:
-        "awk 'FNR > 1 || NR == 1' {input.tables} > reports/static_postures.csv 2> {log.python}"
+        "awk 'FNR > 1 || NR == 1' {input.tables} > {params.table} 2> {log.python}"
 
 
 rule hold_girdle:
@@ -174,13 +177,12 @@ rule hold_girdle:
         "../scripts/hold_girdle.py"
 
 
-rule held_girdle:
+use rule static_postures as held_girdle with:
     input:
         tables=held_results("results/sensitivity/held/{variant}/{participant}/{condition}.csv"),
     log:
         python="results/logs/held_girdle.log",
-    localrule: True
+    params:
+        table="reports/held_girdle.csv",
     message:
         "What a motion of the girdle costs its prediction: reports/held_girdle.csv"
-    shell:
-        "awk 'FNR > 1 || NR == 1' {input.tables} > reports/held_girdle.csv 2> {log.python}"

@@ -224,9 +224,7 @@ class Objective:
         cost = self._error_weights * error**2
         groups = np.array(self.errors.groups)
         terms = {g: float(cost[:, groups == g].sum()) for g in dict.fromkeys(self.errors.groups)}
-        terms["activation"] = w.activation * float(
-            self._quadrature @ (self.effort * np.abs(x.a) ** self.effort_power).sum(axis=1)
-        )
+        terms["activation"] = w.activation * float(self._quadrature @ self._efforts(x).sum(axis=1))
         terms["speed_rate"] = self._rate(x.u, w.regularisation)
         terms["excitation_rate"] = self._rate(x.e, w.excitation_rate)
         terms["reaction_rate"] = self._rate(x.reaction, w.reaction_rate)
@@ -241,8 +239,11 @@ class Objective:
 
     def effort_by_muscle(self, x: Trajectory) -> np.ndarray:
         """What each muscle element adds to the term of activation, (M,)."""
-        costs = self.effort * np.abs(x.a) ** self.effort_power
-        return self.weights.activation * (self._quadrature @ costs)
+        return self.weights.activation * (self._quadrature @ self._efforts(x))
+
+    def _efforts(self, x: Trajectory) -> np.ndarray:
+        """Effort of each muscle element at each node, (N, M)."""
+        return self.effort * np.abs(x.a) ** self.effort_power
 
     def value(self, x: Trajectory) -> float:
         """Objective."""

@@ -27,6 +27,6 @@ def group_force(force: np.ndarray, groups: np.ndarray) -> dict[str, np.ndarray]:
 
 def most_changed(change: np.ndarray, groups: np.ndarray, count: int = 3) -> str:
     """Groups whose sum of a change (M,) is largest either way, with it, as words for a table."""
-    sums = {str(name): float(change[groups == name].sum()) for name in dict.fromkeys(groups)}
+    sums = {name: float(total[0]) for name, total in group_force(change[None], groups).items()}
     first = sorted(sums, key=lambda name: -abs(sums[name]))[:count]
     return ", ".join(f"{name} {sums[name]:+.3f}" for name in first)

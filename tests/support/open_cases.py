@@ -8,11 +8,15 @@ from scapulohumeral.gap.verdict.posterior import Score
 from scapulohumeral.gap.weighing import Weighing
 
 TEAR, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
-START = Weighing(0.2, 0.2, 40.0, 0.33, 0.1, 0.87, 0.6, 0.67)
+START = Weighing(0.2, 0.2, 40.0, 0.33, 0.1, 0.87, 0.6, 0.67, 0.5)
 
 
 def open_case(
-    evidence: float, right: tuple[str, ...] = (TEAR,), present: bool = True, draw: str = "one"
+    evidence: float,
+    right: tuple[str, ...] = (TEAR,),
+    present: bool = True,
+    draw: str = "one",
+    p_value: float = 1.0,
 ) -> OpenCase:
     """A case in which a tear has so much more log evidence than a gain."""
     scores = {
@@ -22,4 +26,4 @@ def open_case(
         NONE: Score(np.log(0.1), -40.0, -40.0),
         NO_GAP: Score(np.log(0.1), -40.0, -40.0),
     }
-    return OpenCase(draw, right, present, True, True, 1.0, scores)
+    return OpenCase(draw, right, present, True, True, p_value, 1.0, scores)

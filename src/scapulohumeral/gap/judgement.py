@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scapulohumeral.gap.curve_files import HypothesesRow, RobustnessRow
+from scapulohumeral.gap.detection.presence import Presence
 from scapulohumeral.gap.explained import Explained, explain
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.held_out import log_predictive, log_predictive_of_others
@@ -90,16 +91,17 @@ class Judged:
 
 
 def judge(
-    evidence: Evidence, found: Explanations, present: bool, weighing: Weighing, seed: int
+    evidence: Evidence, found: Explanations, is_there: Presence, weighing: Weighing, seed: int
 ) -> Judged:
     """Hypotheses with their probabilities, and what speaks against naming the first."""
+    present = is_there.present
     others = evidence.others()
     fits = [*found.integrated]
     if MOVED in others:
         fits.append(movement_fit(evidence.residuals, others[MOVED]))
     scores = _scores(evidence, found, fits, others, weighing)
     told = motion_is_told(evidence)
-    silent = posterior.no_gap_range(present, evidence.referenced, told, weighing)
+    silent = posterior.no_gap_range(present, evidence.referenced, told, is_there.p_value, weighing)
     excess = misfit(fits, evidence.residuals, evidence.settings.signature_error)
     weighing = posterior.heard(weighing, present, told, excess)
     p = posterior.posterior(scores, weighing, silent)

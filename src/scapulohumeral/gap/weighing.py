@@ -11,7 +11,7 @@ from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
 
-SCHEMA = "gap-calibration/1"
+SCHEMA = "gap-calibration/2"
 # More units of log probability than this decide no more than it does.
 MOST_USELESS = 1000.0
 
@@ -28,9 +28,10 @@ class Weighing:
         the difference and leaves all of it
     unknown : largest probability of none of these that evidence may give
     misled : share of all probability that goes by what is believed before any data
-    silent, silent_motion, silent_alone : least probability of no gap where none is found: with
-        reference trials and EMG or joint force, with reference trials of motion alone, without
-        reference trials
+    silent, silent_motion, silent_alone : least probability of no gap where none is found and the p
+        value is 1: with reference trials and EMG or joint force, with reference trials of motion
+        alone, without reference trials
+    silent_power : power of the p value by which the odds of that are multiplied
     """
 
     evidence: float
@@ -41,6 +42,7 @@ class Weighing:
     silent: float
     silent_motion: float
     silent_alone: float
+    silent_power: float
 
     def __post_init__(self) -> None:
         """Refuse what is no weight."""

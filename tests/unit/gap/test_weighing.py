@@ -20,6 +20,7 @@ WEIGHTS = {
     "silent": 0.9,
     "silent_motion": 0.6,
     "silent_alone": 0.7,
+    "silent_power": 0.5,
 }
 
 
@@ -53,7 +54,7 @@ def test_what_is_no_weight_is_refused(tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/1"),
+        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/2"),
         ({"held_out": None}, "held_out"),
         ({"misled": "much"}, "much"),
         ({"misled": [0.1]}, "list"),

@@ -9,7 +9,7 @@ one draw at a time, or one fifth of the cases of a single draw.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
 from scapulohumeral.gap.verdict.posterior import Posterior, Score, heard, no_gap_range, posterior
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
-# Fitted by the log score; the others are shares of cases.
+# Fitted to answers with a gap.
 FITTED = ("evidence", "held_out", "unknown", "misled")
 # Beyond these, all evidence or none would count: no number of cases speaks for that.
 LEAST, MOST = 0.01, 0.99
@@ -47,6 +47,7 @@ class OpenCase:
     right : labels that each are a right answer, as `ScoredCase.right` has them
     present, referenced, told : of the answer: whether there is a gap; whether there were reference
         trials; whether EMG or joint force was compared
+    p_value : of the test for a gap
     misfit : how far the likeliest explanation misses the difference
     scores : by label
     """
@@ -56,12 +57,13 @@ class OpenCase:
     present: bool
     referenced: bool
     told: bool
+    p_value: float
     misfit: float
     scores: Mapping[str, Score]
 
     def probabilities(self, weighing: Weighing) -> Posterior:
         """Probabilities of all labels with some weights."""
-        silent = no_gap_range(self.present, self.referenced, self.told, weighing)
+        silent = no_gap_range(self.present, self.referenced, self.told, self.p_value, weighing)
         counting = heard(weighing, self.present, self.told, self.misfit)
         return posterior(self.scores, counting, silent)
 
@@ -123,6 +125,7 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
         present=bool(answer["gap"]["present"]),
         referenced=answer["mode"] == "reference",
         told=bool(channels["emg"] or channels["contact_force"]),
+        p_value=float(answer["gap"]["p_value"]),
         misfit=float(errors[MISFIT]),
         scores=scores,
     )
@@ -146,21 +149,37 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
         options: Any = {"maxiter": 400, "xatol": 0.02, "fatol": 1e-4}
         solved = minimize(loss, first, method="Nelder-Mead", options=options)
         found = weights(solved.x)
-    return replace(found, **_silences(cases))
+    return replace(found, **_silences(cases, start))
 
 
-def _silences(cases: Sequence[OpenCase]) -> dict[str, float]:
-    """Share of answers without a gap that were right; a right and a wrong one are added."""
-    kinds: dict[str, Callable[[OpenCase], bool]] = {
-        "silent": lambda case: case.referenced and case.told,
-        "silent_motion": lambda case: case.referenced and not case.told,
-        "silent_alone": lambda case: not case.referenced,
-    }
-    found = {}
-    for name, of_kind in kinds.items():
-        right = [NO_GAP in case.right for case in cases if not case.present and of_kind(case)]
-        found[name] = (sum(right) + 1.0) / (len(right) + 2.0)
-    return found
+def _silences(cases: Sequence[OpenCase], start: Weighing) -> dict[str, float]:
+    """Weights with which answers without a gap were as probable as they were right.
+
+    A right and a wrong answer of each kind, with a p value of 1, are added: few cases must not make
+    an answer sure.
+    """
+    kinds = {"silent": (True, True), "silent_motion": (True, False), "silent_alone": (False, False)}
+    silent = [case for case in cases if not case.present]
+    seen = [
+        (case.referenced, case.referenced and case.told, case.p_value, NO_GAP in case.right)
+        for case in silent
+    ]
+    seen += [(*kind, 1.0, right) for kind in kinds.values() for right in (True, False)]
+    names = (*kinds, "silent_power")
+
+    def weights(x: np.ndarray) -> dict[str, float]:
+        return dict(zip(names, np.clip(expit(x), LEAST, MOST).tolist(), strict=True))
+
+    def loss(x: np.ndarray) -> float:
+        weighing = replace(start, **weights(x))
+        p = [no_gap_range(False, *case[:3], weighing)[0] for case in seen]
+        return -sum(
+            np.log(one if case[3] else 1.0 - one) for one, case in zip(p, seen, strict=True)
+        )
+
+    options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}
+    solved = minimize(loss, np.zeros(len(names)), method="Nelder-Mead", options=options)
+    return weights(solved.x)
 
 
 def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:

@@ -115,21 +115,27 @@ def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool
 
 
 def no_gap_range(
-    present: bool, referenced: bool, told: bool, weighing: Weighing
+    present: bool, referenced: bool, told: bool, p_value: float, weighing: Weighing
 ) -> tuple[float, float]:
     """Least and largest probability of no gap.
+
+    Without any effect all p values are as probable; with one their density is taken to rise towards
+    zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it.
 
     Parameters
     ----------
     present : whether the difference exceeds the noise
     referenced : whether it is that to reference trials
     told : whether EMG or joint force is compared, beside the motion that people keep
+    p_value : of the test for a gap
     """
     if present:
         return 0.0, UNDECIDED
-    if not referenced:
-        return weighing.silent_alone, 1.0
-    return (weighing.silent if told else weighing.silent_motion), 1.0
+    share = weighing.silent_alone
+    if referenced:
+        share = weighing.silent if told else weighing.silent_motion
+    against = (1.0 - share) * p_value**-weighing.silent_power
+    return share / (share + against), 1.0
 
 
 def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weighing:

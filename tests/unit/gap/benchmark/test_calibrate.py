@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict, replace
 
+import numpy as np
 import pytest
 from open_cases import GAIN, START, TEAR, open_case
 
@@ -35,10 +36,23 @@ def test_silence_is_as_probable_as_it_was_right() -> None:
     quiet = [open_case(0.0, (NO_GAP,), present=False) for _ in range(7)]
     missed = [open_case(0.0, (TEAR,), present=False) for _ in range(1)]
     found = fitted([*quiet, *missed], START)
-    assert found.silent == pytest.approx(0.8)
+    assert found.silent == pytest.approx(0.8, abs=1e-3)
     # Nothing was seen of the other modes.
-    assert found.silent_motion == found.silent_alone == 0.5
+    assert found.silent_motion == pytest.approx(0.5, abs=1e-3)
+    assert found.silent_alone == pytest.approx(0.5, abs=1e-3)
     assert found.evidence == START.evidence
+
+
+@pytest.mark.parametrize("p_value", [0.1, 0.06])
+def test_silence_with_a_small_p_value_is_as_probable_as_that_was_right(p_value: float) -> None:
+    """Of eight silences of one small p value half were right: odds of nine to one without."""
+    sure = [open_case(0.0, (NO_GAP,), present=False) for _ in range(35)]
+    sure += [open_case(0.0, (TEAR,), present=False) for _ in range(3)]
+    both = ((NO_GAP,), (TEAR,))
+    even = [open_case(0.0, right, False, p_value=p_value) for right in both for _ in range(4)]
+    found = fitted([*sure, *even], START)
+    assert found.silent == pytest.approx(0.9, abs=0.01)
+    assert found.silent_power == pytest.approx(np.log(9.0) / -np.log(p_value), abs=0.02)
 
 
 def test_each_case_is_judged_by_weights_that_have_not_seen_its_draw() -> None:

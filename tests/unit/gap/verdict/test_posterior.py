@@ -30,6 +30,7 @@ PLAIN = Weighing(
     silent=0.8,
     silent_motion=0.6,
     silent_alone=0.7,
+    silent_power=0.5,
 )
 FREE = (0.0, 1.0)
 PRIOR = {"a": 0.3, "b": 0.4, "a + b": 0.01, "none": 0.1, "no_gap": 0.2}
@@ -119,7 +120,18 @@ def test_no_gap_stays_inside_of_its_range(evidence):
 def test_where_no_gap_is_found_there_is_as_probably_none_as_was_seen(
     present, referenced, told, expected
 ):
-    assert no_gap_range(present, referenced, told, PLAIN) == expected
+    assert no_gap_range(present, referenced, told, 1.0, PLAIN) == pytest.approx(expected)
+
+
+def test_no_gap_is_less_probable_where_a_gap_was_nearly_found():
+    """Its odds fall with the power of the p value."""
+    least = {p: no_gap_range(False, True, True, p, PLAIN)[0] for p in (1.0, 0.3, 0.06)}
+    odds = {p: one / (1.0 - one) for p, one in least.items()}
+    for p in (0.3, 0.06):
+        assert odds[p] / odds[1.0] == pytest.approx(np.sqrt(p))
+    sure = replace(PLAIN, silent=1.0)
+    assert no_gap_range(False, True, True, 0.06, sure)[0] == 1.0
+    assert no_gap_range(True, True, True, 0.04, PLAIN)[0] == 0.0
 
 
 def test_evidence_may_mislead():

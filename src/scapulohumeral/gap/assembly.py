@@ -46,9 +46,14 @@ def effects_of(
     return library(setup)
 
 
-def emg_tells_bias(case: Case, records: Records) -> bool:
-    """Whether EMG tells how muscles are driven without effects: reference trials of known level."""
-    return bool(records.reference) and case.participant.emg_is_of_mvc
+def bias_and_following(case: Case, records: Records) -> tuple[bool, bool]:
+    """Last arguments of `task_signatures`.
+
+    EMG tells how muscles are driven without effects if there are reference trials and its level is
+    known. Without reference trials the prediction follows the records that it is compared with.
+    """
+    referenced = bool(records.reference)
+    return referenced and case.participant.emg_is_of_mvc, not referenced
 
 
 def assemble(
@@ -70,9 +75,9 @@ def assemble(
         # Errors of electrodes and of the model's EMG levels are one unknown here.
         session = replace(settings.session, emg_gain=settings.model.emg_gain)
         local = replace(settings, session=session)
-    told = emg_tells_bias(case, records), not records.reference
+    last = bias_and_following(case, records)
     jobs = [
-        (task, mean_record, model, effects, records.sensors, local, *told)
+        (task, mean_record, model, effects, records.sensors, local, *last)
         for task, mean_record in records.mean_records.items()
     ]
     # The set-up that all movements of the model share, before processes part.

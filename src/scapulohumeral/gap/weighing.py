@@ -28,6 +28,8 @@ class Weighing:
         the difference and leaves all of it
     unknown : largest probability of none of these that evidence may give
     misled : share of all probability that goes by what is believed before any data
+    foreign : share of all probability that belongs to none of these, whatever evidence says: a
+        cause that is not in the library often looks like one that is
     silent, silent_motion, silent_alone : least probability of no gap where none is found and the p
         value is 1: with reference trials and EMG or joint force, with reference trials of motion
         alone, without reference trials
@@ -39,6 +41,7 @@ class Weighing:
     useless: float
     unknown: float
     misled: float
+    foreign: float
     silent: float
     silent_motion: float
     silent_alone: float

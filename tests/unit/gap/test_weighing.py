@@ -17,6 +17,7 @@ WEIGHTS = {
     "useless": 40.0,
     "unknown": 0.4,
     "misled": 0.1,
+    "foreign": 0.1,
     "silent": 0.9,
     "silent_motion": 0.6,
     "silent_alone": 0.7,

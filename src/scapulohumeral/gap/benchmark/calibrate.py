@@ -28,9 +28,12 @@ from scapulohumeral.gap.verdict.posterior import Posterior, Score, heard, no_gap
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
 # Fitted to answers with a gap.
-FITTED = ("evidence", "held_out", "unknown", "misled")
+FITTED = ("evidence", "held_out", "unknown", "misled", "foreign")
 # Beyond these, all evidence or none would count: no number of cases speaks for that.
 LEAST, MOST = 0.01, 0.99
+# Log odds by which fitted weights are expected to differ from those in use: earlier draws chose
+# these, and few cases must not move them far.
+SPREAD = 1.0
 FOLDS = 5
 BINS = 5
 # Probability below which a truth counts no less: one case must not decide alone.
@@ -132,7 +135,10 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
 
 
 def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
-    """Weights with the largest mean log probability of what is right, from some to begin with."""
+    """Weights that give what is right the largest probability, given those in use.
+
+    They are the mode of a posterior whose prior is normal in the log odds of the weights in use.
+    """
     gaps = [case for case in cases if case.present]
 
     def weights(x: np.ndarray) -> Weighing:
@@ -144,7 +150,8 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
         first = logit(np.clip([getattr(start, name) for name in FITTED], LEAST, MOST))
 
         def loss(x: np.ndarray) -> float:
-            return -log_score(gaps, weights(x))
+            departure = float(np.sum((x - first) ** 2)) / (2.0 * SPREAD**2)
+            return departure / len(gaps) - log_score(gaps, weights(x))
 
         options: Any = {"maxiter": 400, "xatol": 0.02, "fatol": 1e-4}
         solved = minimize(loss, first, method="Nelder-Mead", options=options)

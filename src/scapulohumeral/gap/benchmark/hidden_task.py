@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap.assembly import effects_of, emg_tells_bias
+from scapulohumeral.gap.assembly import bias_and_following, effects_of
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.curve_files import read_table
@@ -134,9 +134,9 @@ def _compared(
     effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
     [mean_record], [[test]] = unseen.mean_records.values(), unseen.test.values()
-    told = emg_tells_bias(case, records), not records.reference
+    last = bias_and_following(case, records)
     of_task = task_signatures(
-        "hidden", mean_record, model, effects, records.sensors, settings, *told
+        "hidden", mean_record, model, effects, records.sensors, settings, *last
     )
     spread, base = None, mean_record
     if not records.reference:

@@ -89,23 +89,25 @@ def posterior(
     """
     logs = {name: score.log_weight(weighing) for name, score in scores.items()}
     labels = [name for name in scores if name not in (NONE, NO_GAP)]
-    of_labels = np.array([logs[name] for name in labels])
-    known = logsumexp(of_labels)
-    nothing = float(softmax([known, logs[NONE], logs[NO_GAP]])[2])
+    by_label = np.array([logs[name] for name in labels])
+    of_known = logsumexp(by_label)
+    nothing = float(softmax([of_known, logs[NONE], logs[NO_GAP]])[2])
     nothing = float(np.clip(nothing, *no_gap))
     # Smooth unknown inputs follow any gap, also where the model predicts its cause poorly.
-    none = min(float(softmax([known, logs[NONE]])[1]), weighing.unknown)
-    found = {**dict(zip(labels, (1.0 - none) * softmax(of_labels), strict=True)), NONE: none}
+    none = min(float(softmax([of_known, logs[NONE]])[1]), weighing.unknown)
+    found = {**dict(zip(labels, (1.0 - none) * softmax(by_label), strict=True)), NONE: none}
     before = {
         name: 0.0 if JOIN in name else float(np.exp(scores[name].log_prior)) for name in found
     }
     believed = sum(before.values())
     mixed = {
-        name: (1.0 - nothing)
-        * float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
+        name: float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
         for name, p in found.items()
     }
-    return Posterior({name: mixed[name] for name in labels}, mixed[NONE], nothing)
+    foreign = (1.0 - nothing) * weighing.foreign
+    rest = 1.0 - nothing - foreign
+    probable = {name: rest * mixed[name] for name in labels}
+    return Posterior(probable, foreign + rest * mixed[NONE], nothing)
 
 
 def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool:

@@ -9,7 +9,7 @@ from open_cases import GAIN, START, TEAR, open_case
 
 from scapulohumeral.gap.benchmark import calibrate as calibration
 from scapulohumeral.gap.benchmark.calibrate import fitted, left_out, log_score
-from scapulohumeral.gap.labels import NO_GAP
+from scapulohumeral.gap.labels import NO_GAP, NONE
 from scapulohumeral.gap.weighing import read_weighing
 
 pytestmark = pytest.mark.unit
@@ -17,13 +17,20 @@ pytestmark = pytest.mark.unit
 
 def test_evidence_that_misleads_gets_less_weight() -> None:
     """With 20 units for the tear it is the cause in three of four cases, or in all."""
-    trusted = fitted([open_case(20.0) for _ in range(8)], START)
-    misleading = [open_case(20.0, (GAIN,)) for _ in range(2)] + [open_case(20.0)] * 6
+    trusted = fitted([open_case(20.0)] * 80, START)
+    misleading = [open_case(20.0, (GAIN,))] * 20 + [open_case(20.0)] * 60
     doubted = fitted(misleading, START)
     p = [open_case(20.0).p_truth(w) for w in (trusted, doubted)]
     assert p[0] > 0.95
     assert p[1] == pytest.approx(0.75, abs=0.06)
     assert log_score(misleading, doubted) > log_score(misleading, START)
+
+
+def test_few_cases_do_not_move_weights_far() -> None:
+    """Those in use are what earlier draws said."""
+    few, many = (fitted([open_case(20.0, (NONE,))] * n, START) for n in (1, 100))
+    assert START.foreign < few.foreign < 0.2
+    assert many.foreign > 0.8
 
 
 def test_both_right_answers_count() -> None:

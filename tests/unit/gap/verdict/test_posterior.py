@@ -27,6 +27,7 @@ PLAIN = Weighing(
     useless=10.0,
     unknown=1.0,
     misled=0.0,
+    foreign=0.0,
     silent=0.8,
     silent_motion=0.6,
     silent_alone=0.7,
@@ -145,6 +146,17 @@ def test_evidence_may_mislead():
     assert found.labels["b"] == pytest.approx(0.9 * 0.2 * PRIOR["b"] / believed)
     assert found.none == pytest.approx(0.9 * 0.2 * PRIOR["none"] / believed)
     assert found.labels["a + b"] == pytest.approx(0.0, abs=1e-12)
+    assert total(found) == pytest.approx(1.0)
+
+
+def test_a_cause_that_is_not_in_the_library_may_look_like_one_that_is():
+    """A share of all but no gap is of none of these, and no evidence takes it away."""
+    told = scores(a=50.0)
+    sure, found = (posterior(told, w, (0.1, 0.1)) for w in (PLAIN, replace(PLAIN, foreign=0.3)))
+    assert found.no_gap == pytest.approx(0.1)
+    assert found.none == pytest.approx(0.9 * 0.3 + 0.7 * sure.none)
+    for label, p in sure.labels.items():
+        assert found.labels[label] == pytest.approx(0.7 * p)
     assert total(found) == pytest.approx(1.0)
 
 

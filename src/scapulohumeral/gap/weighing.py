@@ -30,6 +30,7 @@ class Weighing:
     misled : share of all probability that goes by what is believed before any data
     foreign : share of all probability that belongs to none of these, whatever evidence says: a
         cause that is not in the library often looks like one that is
+    moved : share of what is left that belongs to another movement, where that is an answer
     silent, silent_motion, silent_alone : least probability of no gap where none is found and the p
         value is 1: with reference trials and EMG or joint force, with reference trials of motion
         alone, without reference trials
@@ -42,6 +43,7 @@ class Weighing:
     unknown: float
     misled: float
     foreign: float
+    moved: float
     silent: float
     silent_motion: float
     silent_alone: float

@@ -18,6 +18,7 @@ WEIGHTS = {
     "unknown": 0.4,
     "misled": 0.1,
     "foreign": 0.1,
+    "moved": 0.1,
     "silent": 0.9,
     "silent_motion": 0.6,
     "silent_alone": 0.7,

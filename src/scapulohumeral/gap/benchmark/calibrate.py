@@ -28,7 +28,7 @@ from scapulohumeral.gap.verdict.posterior import Posterior, Score, heard, no_gap
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
 # Fitted to answers with a gap.
-FITTED = ("evidence", "held_out", "unknown", "misled", "foreign")
+FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved")
 # Beyond these, all evidence or none would count: no number of cases speaks for that.
 LEAST, MOST = 0.01, 0.99
 # Log odds by which fitted weights are expected to differ from those in use: earlier draws chose

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp, softmax
 
-from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
+from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE
 from scapulohumeral.gap.weighing import Weighing
 
 COVERAGE = 0.9
@@ -104,10 +104,16 @@ def posterior(
         name: float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
         for name, p in found.items()
     }
-    foreign = (1.0 - nothing) * weighing.foreign
-    rest = 1.0 - nothing - foreign
-    probable = {name: rest * mixed[name] for name in labels}
-    return Posterior(probable, foreign + rest * mixed[NONE], nothing)
+    if MOVED in mixed:
+        mixed = _kept_for(MOVED, weighing.moved, mixed)
+    mixed = _kept_for(NONE, weighing.foreign, mixed)
+    whole = {name: (1.0 - nothing) * p for name, p in mixed.items()}
+    return Posterior({name: whole[name] for name in labels}, whole[NONE], nothing)
+
+
+def _kept_for(answer: str, share: float, found: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of which a share belongs to one answer, whatever evidence says."""
+    return {name: (1.0 - share) * p + share * (name == answer) for name, p in found.items()}
 
 
 def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool:

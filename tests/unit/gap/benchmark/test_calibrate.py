@@ -21,7 +21,7 @@ def test_evidence_that_misleads_gets_less_weight() -> None:
     misleading = [open_case(20.0, (GAIN,))] * 20 + [open_case(20.0)] * 60
     doubted = fitted(misleading, START)
     p = [open_case(20.0).p_truth(w) for w in (trusted, doubted)]
-    assert p[0] > 0.95
+    assert p[0] > 0.9
     assert p[1] == pytest.approx(0.75, abs=0.06)
     assert log_score(misleading, doubted) > log_score(misleading, START)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.verdict.posterior import (
     COVERAGE,
     UNDECIDED,
@@ -28,6 +29,7 @@ PLAIN = Weighing(
     unknown=1.0,
     misled=0.0,
     foreign=0.0,
+    moved=0.0,
     silent=0.8,
     silent_motion=0.6,
     silent_alone=0.7,
@@ -158,6 +160,17 @@ def test_a_cause_that_is_not_in_the_library_may_look_like_one_that_is():
     for label, p in sure.labels.items():
         assert found.labels[label] == pytest.approx(0.7 * p)
     assert total(found) == pytest.approx(1.0)
+
+
+def test_people_may_have_moved_otherwise_whatever_evidence_says():
+    weighing = replace(PLAIN, foreign=0.3, moved=0.5)
+    told = {**scores(a=50.0), MOVED: Score(np.log(0.1), -50.0, None)}
+    found = posterior(told, weighing, (0.1, 0.1))
+    assert found.labels[MOVED] == pytest.approx(0.9 * 0.7 * 0.5)
+    assert found.labels["a"] == pytest.approx(0.9 * 0.7 * 0.5)
+    assert found.none == pytest.approx(0.9 * 0.3)
+    # Without it among the answers nothing is kept for it.
+    assert posterior(scores(a=50.0), weighing, (0.1, 0.1)).labels["a"] == pytest.approx(0.9 * 0.7)
 
 
 def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():

@@ -150,12 +150,14 @@ def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weigh
     """Weights that hold for a case, as for :func:`no_gap_range`.
 
     Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
-    in it. Causes then stay as probable as before any data. `excess` is how many times as much as
-    assumed the likeliest explanation leaves (`misfit.misfit`): evidence counts by so much less.
+    in it. Causes, another movement among them, then stay as probable as before any data. `excess`
+    is how many times as much as assumed the likeliest explanation leaves (`misfit.misfit`):
+    evidence counts by so much less.
     """
-    believed = weighing.misled if present or told else 1.0
+    if not (present or told):
+        weighing = replace(weighing, misled=1.0, foreign=0.0, moved=0.0)
     evidence, held_out = weighing.evidence / excess, weighing.held_out / excess
-    return replace(weighing, evidence=evidence, held_out=held_out, misled=believed)
+    return replace(weighing, evidence=evidence, held_out=held_out)
 
 
 def credible_set(found: Posterior) -> tuple[str, ...]:

@@ -218,6 +218,15 @@ def test_motion_without_a_gap_names_no_cause():
         assert found.labels["a"] > 0.99
 
 
+def test_motion_without_a_gap_leaves_another_movement_as_probable_as_before():
+    weighing = replace(PLAIN, foreign=0.3, moved=0.4)
+    for present, by_emg in ((True, False), (False, True), (True, True)):
+        kept = heard(weighing, present, by_emg, 1.0)
+        assert (kept.foreign, kept.moved) == (0.3, 0.4)
+    silent = heard(weighing, present=False, told=False, excess=1.0)
+    assert (silent.foreign, silent.moved) == (0.0, 0.0)
+
+
 def test_evidence_counts_less_where_the_likeliest_explanation_misses_the_difference():
     told = scores({"a": 4.0, "b": 0.0}, a=6.0, b=0.0)
     weighing = replace(PLAIN, evidence=0.5, held_out=0.5)

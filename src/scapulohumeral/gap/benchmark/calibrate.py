@@ -140,53 +140,49 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
     They are the mode of a posterior whose prior is normal in the log odds of the weights in use.
     """
     gaps = [case for case in cases if case.present]
-
-    def weights(x: np.ndarray) -> Weighing:
-        values = np.clip(expit(x), LEAST, MOST)
-        return replace(start, **dict(zip(FITTED, values.tolist(), strict=True)))
-
     found = start
     if gaps:
         first = logit(np.clip([getattr(start, name) for name in FITTED], LEAST, MOST))
 
         def loss(x: np.ndarray) -> float:
             departure = float(np.sum((x - first) ** 2)) / (2.0 * SPREAD**2)
-            return departure / len(gaps) - log_score(gaps, weights(x))
+            return departure / len(gaps) - log_score(gaps, _with_odds(start, FITTED, x))
 
         options: Any = {"maxiter": 400, "xatol": 0.02, "fatol": 1e-4}
         solved = minimize(loss, first, method="Nelder-Mead", options=options)
-        found = weights(solved.x)
-    return replace(found, **_silences(cases, start))
+        found = _with_odds(start, FITTED, solved.x)
+    return _with_silences(found, cases)
 
 
-def _silences(cases: Sequence[OpenCase], start: Weighing) -> dict[str, float]:
-    """Weights with which answers without a gap were as probable as they were right.
+def _with_odds(weighing: Weighing, names: Sequence[str], log_odds: np.ndarray) -> Weighing:
+    """Weights of which some have these log odds, but for those that no number of cases proves."""
+    values = np.clip(expit(log_odds), LEAST, MOST)
+    return replace(weighing, **dict(zip(names, values.tolist(), strict=True)))
+
+
+def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
+    """Weights with which answers without a gap are as probable as they were right.
 
     A right and a wrong answer of each kind, with a p value of 1, are added: few cases must not make
     an answer sure.
     """
     kinds = {"silent": (True, True), "silent_motion": (True, False), "silent_alone": (False, False)}
-    silent = [case for case in cases if not case.present]
     seen = [
-        (case.referenced, case.referenced and case.told, case.p_value, NO_GAP in case.right)
-        for case in silent
+        ((case.referenced, case.told, case.p_value), NO_GAP in case.right)
+        for case in cases
+        if not case.present
     ]
-    seen += [(*kind, 1.0, right) for kind in kinds.values() for right in (True, False)]
+    seen += [((*kind, 1.0), right) for kind in kinds.values() for right in (True, False)]
     names = (*kinds, "silent_power")
 
-    def weights(x: np.ndarray) -> dict[str, float]:
-        return dict(zip(names, np.clip(expit(x), LEAST, MOST).tolist(), strict=True))
-
     def loss(x: np.ndarray) -> float:
-        weighing = replace(start, **weights(x))
-        p = [no_gap_range(False, *case[:3], weighing)[0] for case in seen]
-        return -sum(
-            np.log(one if case[3] else 1.0 - one) for one, case in zip(p, seen, strict=True)
-        )
+        tried = _with_odds(weighing, names, x)
+        least = [(no_gap_range(False, *answer, tried)[0], right) for answer, right in seen]
+        return -sum(np.log(p if right else 1.0 - p) for p, right in least)
 
     options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}
     solved = minimize(loss, np.zeros(len(names)), method="Nelder-Mead", options=options)
-    return weights(solved.x)
+    return _with_odds(weighing, names, solved.x)
 
 
 def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:

@@ -1,5 +1,10 @@
 """Hessian of the Lagrangian in sparse form, from objective and constraints.
 
+An equation of an interval depends on the means over its two nodes, so its second derivatives
+couple unknowns of one node with those of the next. A lumped Hessian gives what couples two nodes to
+each of them alone, half and half, as lumped mass matrices do. It is the exact one for what changes
+smoothly along the mesh, and is factorised faster.
+
 Letters: N nodes, I = N - 1 intervals, M muscles, Nq coordinates, X = Nq + 10, G groups of scaled
 muscles.
 """
@@ -14,6 +19,10 @@ import numpy as np
 from scapulohumeral.ocp.objective import ObjectiveHessian
 from scapulohumeral.ocp.transcription import Collocation, Curvature
 
+LUMPED = "lumped"
+# Modes with second derivatives of the constraints.
+CURVED = ("exact", LUMPED)
+
 
 @dataclass(frozen=True, eq=False)
 class LagrangianHessian:
@@ -22,21 +31,31 @@ class LagrangianHessian:
     Attributes
     ----------
     collocation : the constraints
-    exact : with their second derivatives; otherwise Gauss-Newton, objective only
+    mode : "exact" or "lumped", with their second derivatives, or any other: objective only
     instance_norm : coordinates of each unit-norm constraint at the first node, (n, 4)
     coupling : (M, M) pattern of the objective's node blocks in the excitations
     """
 
     collocation: Collocation
-    exact: bool
+    mode: str
     instance_norm: np.ndarray
     coupling: np.ndarray
+
+    @property
+    def curved(self) -> bool:
+        """Whether second derivatives of the constraints count."""
+        return self.mode in CURVED
+
+    @property
+    def lumped(self) -> bool:
+        """Whether second derivatives of the constraints couple unknowns of one node only."""
+        return self.mode == LUMPED
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, ...]:
         """Lower triangle of node blocks in x."""
         c = self.collocation
-        if self.exact:
+        if self.curved:
             return np.nonzero(np.tril(c._xx_pattern))
         nq = c.layout.coordinates
         pattern = np.eye(nq + 10, dtype=bool)
@@ -48,7 +67,7 @@ class LagrangianHessian:
         """Pairs of x variables at the right and the left node of an interval."""
         c = self.collocation
         nq = c.layout.coordinates
-        if self.exact:
+        if self.curved and not self.lumped:
             return np.nonzero(c._xx_pattern)
         return np.arange(nq, nq + 10), np.arange(nq, nq + 10)
 
@@ -61,7 +80,7 @@ class LagrangianHessian:
         """Indices of scalers and of the unknowns that they meet, in the order of the values."""
         lay, c = self.collocation.layout, self.collocation
         pairs = [(index, index) for index in lay.scaler_index]
-        if not self.exact:
+        if not self.curved:
             return pairs
         every = np.arange(lay.nodes)
         x, x_groups = c._xs_pattern
@@ -107,16 +126,12 @@ class LagrangianHessian:
             (("reaction", r_rows, every), ("reaction", r_columns, every)),
             (("reaction", r, right), ("reaction", r, left)),
         ]
-        if self.exact:
+        if self.curved:
             x, a = self.collocation._xa_pattern
-            entries += [
-                (("x", x, every), ("a", a, every)),
-                (("x", x, right), ("a", a, left)),
-                (("x", x, left), ("a", a, right)),
-                (("a", m, every), ("e", m, every)),
-                (("a", m, right), ("e", m, left)),
-                (("a", m, left), ("e", m, right)),
-            ]
+            for one, other in (("x", x), ("a", a)), (("a", m), ("e", m)):
+                entries.append(((*one, every), (*other, every)))
+                if not self.lumped:
+                    entries += [((*one, right), (*other, left)), ((*one, left), (*other, right))]
         pairs = [(lay.index(*first), lay.index(*second)) for first, second in entries]
         pairs += self._scaler_pairs()
         rows = np.concatenate([first.ravel() for first, _ in pairs])
@@ -129,9 +144,11 @@ class LagrangianHessian:
         """Values in the order of :attr:`structure`; ``factor`` scales the objective."""
         lay = self.collocation.layout
         n, m = lay.nodes, lay.muscles
-        curvature = self.collocation.curvature(free, multipliers) if self.exact else None
+        curvature = self.collocation.curvature(free, multipliers) if self.curved else None
         x_diag, x_cross = self._x_blocks(curvature, objective, factor, multipliers)
         e_e = curvature.e_e if curvature else np.zeros((n - 1, m))
+        # What is alike for both nodes and both combinations counts twice at each node alone.
+        alone = 2.0 if self.lumped else 1.0
         ends = _end_count(n)
         reaction = factor * objective.reaction.copy()
         reaction[:, [0, 1, 2], [0, 1, 2]] += factor * objective.rate_reaction * ends[:, None]
@@ -141,18 +158,18 @@ class LagrangianHessian:
             x_diag[:, self._pairs[0], self._pairs[1]],
             x_cross[:, self._cross_pairs[0], self._cross_pairs[1]],
             np.broadcast_to(factor * objective.a, (n, m)),
-            _to_nodes(e_e)
+            alone * _to_nodes(e_e)
             + factor * objective.rate_e * ends[:, None]
             + emg * np.diag(self.coupling),
-            e_e - factor * objective.rate_e,
+            np.full((n - 1, m), -factor * objective.rate_e) + (0.0 if self.lumped else e_e),
             emg * self.coupling[self._coupled],
             reaction[:, r_rows, r_columns],
             np.full((n - 1, 3), -factor * objective.rate_reaction),
         ]
         if curvature:
             rows, columns = self.collocation._xa_pattern
-            x_a, a_e = curvature.x_a[:, rows, columns], curvature.a_e
-            values += [_to_nodes(x_a), x_a, x_a, _to_nodes(a_e), a_e, a_e]
+            for both in curvature.x_a[:, rows, columns], curvature.a_e:
+                values += [alone * _to_nodes(both)] + ([] if self.lumped else [both, both])
         values += self._scaler_values(curvature, factor * objective.scalers)
         return np.concatenate([v.T.ravel() for v in values])
 
@@ -170,7 +187,11 @@ class LagrangianHessian:
         if curvature:
             diagonal[:-1] += curvature.x[0, 0]
             diagonal[1:] += curvature.x[1, 1]
-            cross += curvature.x[1, 0]
+            if self.lumped:
+                across = curvature.x[1, 0]
+                diagonal += _to_nodes(across + across.swapaxes(1, 2)) / 2
+            else:
+                cross += curvature.x[1, 0]
             start = self.collocation.number_of_equations * (n - 1)
             for k, coordinates in enumerate(self.instance_norm):
                 diagonal[0, coordinates, coordinates] += 2 * multipliers[start + k]
@@ -189,8 +210,8 @@ def _end_count(nodes: int) -> np.ndarray:
 
 
 def _to_nodes(interval: np.ndarray) -> np.ndarray:
-    """Sum interval values (I, k) onto their two nodes, (N, k)."""
-    nodes = np.zeros((len(interval) + 1, interval.shape[1]))
+    """Sum interval values (I, ...) onto their two nodes, (N, ...)."""
+    nodes = np.zeros((len(interval) + 1, *interval.shape[1:]))
     nodes[:-1] += interval
     nodes[1:] += interval
     return nodes

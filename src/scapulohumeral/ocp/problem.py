@@ -16,14 +16,14 @@ import numpy as np
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.ocp.lagrangian import LagrangianHessian
+from scapulohumeral.ocp.lagrangian import CURVED, LagrangianHessian
 from scapulohumeral.ocp.layout import REACTION_UNIT_N
 from scapulohumeral.ocp.objective import Objective, Trajectory
 from scapulohumeral.ocp.opty_adapter import Limits, OptyProblem, set_up
 from scapulohumeral.ocp.scalers import Scalers, no_scalers
 from scapulohumeral.ocp.transcription import Collocation
 
-HESSIANS = ("exact", "gauss-newton", "limited-memory")
+HESSIANS = (*CURVED, "gauss-newton", "limited-memory")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Problem(OptyProblem):
     forces : equations and muscle geometry of the participant
     muscles : muscle parameters; parameters : dynamics parameters (P,)
     objective : objective, which also fixes the mesh
-    hessian : "exact", "gauss-newton" or "limited-memory"
+    hessian : "exact", "lumped" (see :mod:`lagrangian`), "gauss-newton" or "limited-memory"
     bounds : bounds of the unknowns
     scalers : groups whose muscle parameters are unknown too
     """
@@ -96,9 +96,7 @@ class Problem(OptyProblem):
         self.hessian_mode = hessian
         quaternions = np.arange(12 if name == "quaternion" else 0).reshape(-1, 4)
         coupling = objective.excitation_coupling(len(muscles.names))
-        self.lagrangian = LagrangianHessian(
-            self.collocation, hessian == "exact", quaternions, coupling
-        )
+        self.lagrangian = LagrangianHessian(self.collocation, hessian, quaternions, coupling)
         self.progress: Callable[[dict], bool] | None = None
         self._connect(self._value, self._gradient)
 
@@ -141,7 +139,7 @@ class Problem(OptyProblem):
         other.lagrangian = replace(
             self.lagrangian,
             collocation=collocation,
-            exact=hessian == "exact",
+            mode=hessian,
             coupling=objective.excitation_coupling(len(collocation.muscles.names)),
         )
         other.collocator = self.collocator.with_collocation(collocation)
@@ -162,7 +160,7 @@ class Problem(OptyProblem):
     def hessian(self, free: np.ndarray, lagrange: np.ndarray, obj_factor: float) -> np.ndarray:
         """Values of the lower triangle of the Lagrangian's Hessian."""
         blocks = self.objective_function.hessian(
-            self.layout.split(free), exact=self.hessian_mode == "exact"
+            self.layout.split(free), exact=self.lagrangian.curved
         )
         squared = self.layout.reaction_unit_N**2
         blocks = replace(

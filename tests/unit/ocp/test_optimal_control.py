@@ -77,6 +77,40 @@ def test_exact_hessian_matches_differences(make, point, power):
     assert_close(full, differences(lagrangian_gradient, point), 1e-6)
 
 
+def test_lumped_hessian_is_the_exact_one_for_what_is_alike_at_all_nodes(make, point):
+    exact, lumped = make(), make("lumped")
+    rng = np.random.default_rng(5)
+    multipliers = rng.normal(size=exact.num_constraints)
+    lay = exact.layout
+
+    def curvature(problem, change):
+        lower = dense(
+            problem.hessian(point, multipliers, 0.7), problem.hessianstructure(), (point.size,) * 2
+        )
+        return change @ (lower + np.tril(lower, -1).T) @ change
+
+    for _ in range(5):
+        level = rng.normal(size=(lay.trajectory_size // lay.nodes, 1))
+        alike = np.zeros(point.size)
+        alike[: lay.trajectory_size] = np.broadcast_to(level, (len(level), lay.nodes)).ravel()
+        assert curvature(lumped, alike) == pytest.approx(curvature(exact, alike), rel=1e-9)
+        other = rng.normal(size=point.size)
+        assert curvature(lumped, other) != pytest.approx(curvature(exact, other), rel=1e-3)
+
+
+def test_lumped_hessian_couples_nodes_by_rates_of_the_objective_only(make):
+    lumped, gauss_newton = make("lumped"), make("gauss-newton")
+    lay = lumped.layout
+
+    def across(problem):
+        rows, columns = problem.hessianstructure()
+        inside = (rows < lay.trajectory_size) & (columns < lay.trajectory_size)
+        pairs = zip(rows[inside].tolist(), columns[inside].tolist(), strict=True)
+        return {(r, c) for r, c in pairs if r % lay.nodes != c % lay.nodes}
+
+    assert across(lumped) == across(gauss_newton)
+
+
 def test_gauss_newton_hessian_is_positive_semidefinite(make, point):
     problem = make("gauss-newton")
     multipliers = np.ones(problem.num_constraints)

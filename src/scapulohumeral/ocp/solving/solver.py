@@ -2,7 +2,8 @@
 
 The automatic strategy starts with a Gauss-Newton Hessian, which finds the region of the optimum
 without inertia corrections, and hands over to the exact Hessian, warm-started with the
-multipliers, which converges quadratically; :mod:`coarse_to_fine` does so on several meshes.
+multipliers, which converges quadratically; :mod:`coarse_to_fine` does so on several meshes, and
+takes the lumped Hessian on the last one.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import TextIO
 import numpy as np
 
 from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.ocp.lagrangian import LUMPED
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 from scapulohumeral.ocp.solving.checkpoint import Checkpoint, Iterate, Stop, stop_on_sigterm
 from scapulohumeral.ocp.solving.memory import keep_freed_memory
@@ -30,6 +32,9 @@ OPTIMAL = 0
 METIS = 5
 # IPOPT's number for iterations outside of its restoration phase.
 REGULAR = 0
+# Most iterations with a lumped Hessian. In some problems they reach the tolerance before; in others
+# the last digits come slowly, and the exact Hessian brings them in two or three.
+LUMPED_ITERATIONS = 16
 # What is recorded of every iteration, beside phase, mesh and time.
 RECORDED = (
     "iteration",
@@ -66,6 +71,8 @@ class SolverSettings:
     barrier_coarse : barrier parameter at which a solution goes to the next mesh
     barrier_least : if above 0, the barrier of the exact phase falls by IPOPT's quality function,
         from `barrier_exact` at most to this
+    closing_in, barrier_closing_in : Gauss-Newton iterations from the solution of a coarser mesh,
+        before the lumped Hessian takes over, and their barrier; 0 takes the exact one at once
     far : whether a start is the solution of a neighbour so far away that its multipliers are no
         help: "automatic" then begins with Gauss-Newton, and all phases have the scaling of the
         start, so that `barrier_target` means the same as in the start's own solution
@@ -81,6 +88,8 @@ class SolverSettings:
     coarse: tuple[int, ...] = ()
     barrier_coarse: float = 1e-5
     barrier_least: float = 0.0
+    closing_in: int = 0
+    barrier_closing_in: float = 1e-6
     far: bool = False
 
     def __post_init__(self) -> None:
@@ -254,6 +263,8 @@ def run_phases(
         problem.progress = recorder.phase(mode, problem)
         point, info = _run(problem, point, {**_common(mode, settings), **options})
         recorder.refuse_to_go_on_if_stopped()
+        if mode == LUMPED and info["status"] == OPTIMAL:
+            break
     return Result(
         point=point,
         optimal=info["status"] == OPTIMAL,
@@ -295,14 +306,15 @@ def _phases(settings: SolverSettings, warm: bool) -> list[tuple[str, dict]]:
         }
     if settings.strategy != "automatic":
         return [(settings.strategy, exact if warm else cold)]
-    if warm:
-        return [("exact", exact)]
-    first = {
-        **cold,
-        "max_iter": settings.gauss_newton_iterations,
-        "tol": max(settings.tolerance, 1e-4),
-    }
-    return [("gauss-newton", first), ("exact", exact)]
+    loose = {"tol": max(settings.tolerance, 1e-4)}
+    first: list[tuple[str, dict]] = []
+    if not warm:
+        first = [("gauss-newton", {**cold, "max_iter": settings.gauss_newton_iterations, **loose})]
+    elif settings.closing_in:
+        nearer = {"mu_init": settings.barrier_closing_in, "max_iter": settings.closing_in}
+        lumped = {**exact, "max_iter": min(settings.max_iterations, LUMPED_ITERATIONS)}
+        first = [("gauss-newton", {**nearer, **loose}), (LUMPED, lumped)]
+    return [*first, ("exact", exact)]
 
 
 def _common(mode: str, settings: SolverSettings) -> dict:

@@ -83,9 +83,11 @@ def test_same_solution_as_on_one_mesh(family, start, tmp_path):
     assert result.optimal
     assert (result.meshes, result.remark) == ((5, 9, NODES), "")
     assert result.objective == pytest.approx(alone.objective, rel=1e-5)
-    nodes = [json.loads(line)["nodes"] for line in log.read_text().splitlines()]
-    assert list(dict.fromkeys(nodes)) == [5, 9, NODES]
-    assert result.iterations == len(nodes) - 4  # two phases on the coarsest mesh
+    steps = [json.loads(line) for line in log.read_text().splitlines()]
+    phases = [(5, "gauss-newton"), (5, "exact"), (9, "exact")]
+    phases += [(NODES, mode) for mode in ("gauss-newton", "lumped", "exact")]
+    assert list(dict.fromkeys((step["nodes"], step["phase"]) for step in steps)) == phases
+    assert result.iterations == len(steps) - len(phases)
 
 
 def test_multipliers_of_a_neighbour_are_not_taken(family, start):

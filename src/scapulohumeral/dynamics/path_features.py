@@ -21,6 +21,9 @@ from scipy import sparse
 from scapulohumeral.dynamics.compiled import CompiledDynamics
 from scapulohumeral.model.muscle_paths.geometry import ROTATION_FEATURES
 
+# Points whose monomials are kept: as many as the blocks in which the nodes of a mesh are evaluated.
+KEPT = 16
+
 
 @dataclass(frozen=True)
 class _Contraction:
@@ -78,10 +81,13 @@ class MonomialFeatures:
         return []
 
     def _monomials(self, v: np.ndarray) -> np.ndarray:
-        """Every monomial of the closure, shape (N, D); those of the last point are kept."""
-        if not any(np.array_equal(kept, v) for kept, _ in self._latest):
-            self._latest[:] = [(v.copy(), self._new_monomials(v))]
-        return self._latest[0][1]
+        """Every monomial of the closure, shape (N, D); those of the last points are kept."""
+        for known, values in self._latest:
+            if np.array_equal(known, v):
+                return values
+        self._latest.append((v.copy(), self._new_monomials(v)))
+        del self._latest[:-KEPT]
+        return self._latest[-1][1]
 
     def _new_monomials(self, v: np.ndarray) -> np.ndarray:
         exponents, _ = self._closure

@@ -203,6 +203,7 @@ def _gap(found: Findings) -> Gap:
             list(evidence.known.values())[-1],
             evidence.cautious,
             is_there.shape_thresholds,
+            evidence.settings.signature_error,
             found.case.seed,
         ),
     )

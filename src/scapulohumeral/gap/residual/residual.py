@@ -57,6 +57,10 @@ class Residual:
         """Vectors (D,) or (D, P) in units in which noise is independent and of size one."""
         return solve_triangular(self._factor, vectors, lower=True)
 
+    def unturned(self, directions: np.ndarray) -> np.ndarray:
+        """Weights (D, P) of vectors whose sums are whitened vectors along directions (D, P)."""
+        return solve_triangular(self._factor, directions, lower=True, trans="T")
+
     @cached_property
     def axes(self) -> Axes:
         """Whitened axes along which errors of the shape of a prediction are independent."""

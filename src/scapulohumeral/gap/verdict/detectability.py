@@ -1,6 +1,10 @@
 """The smallest amplitude of each effect that these trials would find.
 
-Letters: D coefficients, T tasks, d = D / T, P parameters, M draws of the scatter.
+A person may answer to an effect in another way than the model does, as errors of predictions say
+(:mod:`model_error`). What would be found if he answered just as predicted would be promised to
+nobody.
+
+Letters: D coefficients, T tasks, d = D / T, P parameters, M draws of scatter and answer.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.detection.shaped import P_RANGE, directions, scales, white_by_task
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.isolation.model_error import change_error, own_error
 from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
@@ -29,7 +34,11 @@ LONGEST = 1e3
 
 
 def smallest_detectable(
-    effects: Sequence[Hypothesis], residual: Residual, thresholds: Mapping[str, float], seed: int
+    effects: Sequence[Hypothesis],
+    residual: Residual,
+    thresholds: Mapping[str, float],
+    signature_error: float,
+    seed: int,
 ) -> tuple[Detectable, ...]:
     """Primary amplitudes that the test for a gap would find with power 0.8.
 
@@ -38,7 +47,8 @@ def smallest_detectable(
     effects : of a person who keeps the movement and pays with effort: who yields is found sooner
     residual : what is tested, with all that sessions may change
     thresholds : z values from which on a difference of the shape of an effect is a gap, by test
-    seed : of the scatter in which effects are looked for
+    signature_error : relative error of predicted changes
+    seed : of the scatter in which effects are looked for, and of how persons answer
 
     Notes
     -----
@@ -51,7 +61,8 @@ def smallest_detectable(
         looking = [GLR, ON_RECORD] if one.effects[0].spoils_motion else [GLR]
         threshold = min(thresholds[name] for name in looking if name in thresholds)
         low, high = param.bounds
-        internal = scatter.amplitude(one.slope, threshold) * (1.0 if high > 0.0 else -1.0)
+        changes = scatter.answers(one, signature_error)
+        internal = scatter.amplitude(one.slope, changes, threshold) * (1.0 if high > 0.0 else -1.0)
         if low <= internal <= high:
             value = param.physical(float(internal))
             rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
@@ -65,35 +76,55 @@ class _Scatter:
     Attributes
     ----------
     residual : covariance of the difference
-    white : (T, d, M) draws, whitened task by task
-    parts : (T, D, M) what each task contributes to the whitened whole
+    vectors : (D, M) draws; white : (T, d, M) the same, whitened task by task
+    unwhitened : (D, D) from the axes of errors back to coefficients
+    seed : of the persons' answers
     """
 
     residual: Residual
+    vectors: np.ndarray
     white: np.ndarray
-    parts: np.ndarray
+    unwhitened: np.ndarray
+    seed: int
 
     @staticmethod
     def of(residual: Residual, seed: int) -> _Scatter:
         """Scatter as the thresholds of the test take it to be."""
         vectors = draws(residual, TRIES, seed)
-        return _Scatter(residual, white_by_task(residual, vectors), _white_parts(residual, vectors))
+        unwhitened = np.linalg.inv(residual.axes.matrix)
+        return _Scatter(residual, vectors, white_by_task(residual, vectors), unwhitened, seed)
 
-    def amplitude(self, slope: np.ndarray, threshold: float) -> float:
-        """First internal parameter of an effect (D, P) whose z value is found with :data:`POWER`.
+    def answers(self, one: Hypothesis, signature_error: float) -> np.ndarray:
+        """Changes (D, M) by a unit of the first parameter, in persons who differ."""
+        slope, effect = one.slope[:, 0], one.effects[0]
+        relative = own_error(effect, signature_error)
+        error = change_error(self.residual, slope, relative, effect.changes_body)
+        # A stream of its own, so that answers do not follow the scatter.
+        rng = np.random.default_rng([self.seed, 1])
+        drawn = error.rows.T @ rng.normal(size=(len(error.rows), TRIES))
+        drawn += np.sqrt(error.variance)[:, None] * rng.normal(size=(len(slope), TRIES))
+        return slope[:, None] + self.unwhitened @ drawn
+
+    def amplitude(self, slope: np.ndarray, changes: np.ndarray, threshold: float) -> float:
+        """First internal parameter of an effect whose z value is found with :data:`POWER`.
 
         Infinite if none is: the scatter is told from the same difference, and grows with it.
+
+        Parameters
+        ----------
+        slope : (D, P) as predicted, which is looked for
+        changes : (D, M) by a unit of the first parameter, of each person
+        threshold : z value
         """
         size = float(np.linalg.norm(self.residual.whiten(slope[:, 0])))
         if size == 0.0:
             return np.inf
         basis, _ = directions(self.residual, slope)
         least = float(chi2.isf(max(norm.sf(threshold), P_RANGE[0]), basis.shape[1]))
-        white = white_by_task(self.residual, slope[:, :1])
-        parts = _white_parts(self.residual, slope[:, :1])
-        across = np.einsum("tdm,td->tm", self.white, white[..., 0])
+        white = white_by_task(self.residual, changes)
+        across = np.sum(self.white * white, axis=1)
         own, alone = np.sum(white**2, axis=1), np.sum(self.white**2, axis=1)
-        signal, noise = (np.einsum("Dp,tDm->tpm", basis, one) for one in (parts, self.parts))
+        signal, noise = (self._seen(basis, vectors) for vectors in (changes, self.vectors))
 
         def lacking(amplitude: float) -> float:
             whole = alone + 2.0 * amplitude * across + amplitude**2 * own
@@ -104,13 +135,8 @@ class _Scatter:
         highest = LONGEST / size
         return np.inf if lacking(highest) > 0.0 else float(brentq(lacking, 0.0, highest))
 
-
-def _white_parts(residual: Residual, vectors: np.ndarray) -> np.ndarray:
-    """What each task of differences (D, M) contributes to the whitened whole, (T, D, M)."""
-    parts = []
-    for task in residual.tasks:
-        alone = np.zeros_like(vectors)
-        rows = residual.rows([task])
-        alone[rows] = vectors[rows]
-        parts.append(residual.whiten(alone))
-    return np.array(parts)
+    def _seen(self, basis: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """What each task of differences (D, M) adds along a whitened basis (D, P), (T, P, M)."""
+        reading = self.residual.unturned(basis)
+        tasks = [self.residual.rows([task]) for task in self.residual.tasks]
+        return np.array([reading[rows].T @ vectors[rows] for rows in tasks])

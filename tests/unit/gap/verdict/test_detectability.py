@@ -9,6 +9,7 @@ from scapulohumeral.gap.detection.presence import effect_shaped
 from scapulohumeral.gap.detection.shaped import shaped
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
+from scapulohumeral.gap.isolation.model_error import change_error, own_error
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
@@ -31,13 +32,23 @@ def residual(rng: np.random.Generator, degrees: float) -> Residual:
     )  # fmt: skip
 
 
+def answers(one: Hypothesis, noise: Residual, relative: float) -> np.ndarray:
+    """Changes (D, TRIES) by a unit of the first parameter, of persons who answer in their ways."""
+    slope, effect = one.slope[:, 0], one.effects[0]
+    error = change_error(noise, slope, own_error(effect, relative), effect.changes_body)
+    back = np.linalg.inv(noise.axes.matrix)
+    covariance = back @ (np.diag(error.variance) + error.rows.T @ error.rows) @ back.T
+    return np.random.default_rng(6).multivariate_normal(slope, covariance, TRIES).T
+
+
+@pytest.mark.parametrize("relative", [0.0, 0.3])
 @pytest.mark.parametrize("degrees", [1e6, 4.0])
 @pytest.mark.parametrize(
     ("label", "test"),
     [("body/hand_load", "glr"), ("input/frame_misalignment/humerus", "on_record")],
 )
 def test_promised_amplitude_is_found_as_often_as_promised(
-    label: str, test: str, degrees: float
+    label: str, test: str, degrees: float, relative: float
 ) -> None:
     rng = np.random.default_rng(3)
     effect = next(e for e in library(SETUP) if e.label == label)
@@ -49,9 +60,10 @@ def test_promised_amplitude_is_found_as_often_as_promised(
     _, null = effect_shaped(noise, [slope], 1)
     threshold = float(np.quantile(null, 0.975))
     others = {"glr": 2.0 * threshold, "on_record": 2.0 * threshold}
-    [promised] = smallest_detectable([one], noise, {**others, test: threshold}, 1)
-    change = effect.params[0].internal(promised.value) * slope[:, 0]
-    found = shaped(noise, change[:, None] + draws(noise, TRIES, 5), [slope]) > threshold
+    [promised] = smallest_detectable([one], noise, {**others, test: threshold}, relative, 1)
+    amplitude = effect.params[0].internal(promised.value)
+    changed = amplitude * answers(one, noise, relative) + draws(noise, TRIES, 5)
+    found = shaped(noise, changed, [slope]) > threshold
     assert np.mean(found) == pytest.approx(POWER, abs=0.05)
 
 
@@ -64,5 +76,5 @@ def test_what_scatter_hides_at_any_size_is_not_promised() -> None:
     slope[:SIZE] = 1e3 * rng.normal(size=(SIZE, 3))
     one = Hypothesis((effect,), np.zeros(3), np.zeros((3 * SIZE, 1)), slope, 1.0)
     reached = np.sqrt(4.0 + SIZE)
-    assert smallest_detectable([one], noise, {"glr": 0.5 * reached, "on_record": 9.0}, 1)
-    assert not smallest_detectable([one], noise, {"glr": 1.2 * reached, "on_record": 9.0}, 1)
+    assert smallest_detectable([one], noise, {"glr": 0.5 * reached, "on_record": 9.0}, 0.0, 1)
+    assert not smallest_detectable([one], noise, {"glr": 1.2 * reached, "on_record": 9.0}, 0.0, 1)

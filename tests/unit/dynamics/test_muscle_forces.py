@@ -5,6 +5,7 @@ import pytest
 from derivatives import assert_close, differences
 from skeleton import muscle, uneven_record
 
+from scapulohumeral.dynamics import muscle_forces
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.model.muscle_paths.geometry import (
@@ -209,3 +210,23 @@ def test_a_point_that_changed_in_place_is_evaluated_anew(forces, muscles, state)
         strict=True,
     ):
         np.testing.assert_array_equal(one, other)
+
+
+def test_many_nodes_are_evaluated_as_each_alone(forces, muscles, state, monkeypatch):
+    """Blocks of two and one of the three nodes, and all at a second point after the first."""
+    q, u, activation, multipliers = state
+
+    def everything(nodes, at):
+        point = at[nodes], u[nodes], activation[nodes]
+        return (
+            forces.generalised(*point, muscles),
+            *forces.jacobian(*point, muscles),
+            *forces.hessian(*point, multipliers[nodes], muscles),
+        )
+
+    monkeypatch.setattr(muscle_forces, "BLOCK", 2)
+    for at in (q, q + 1e-3):
+        together = everything(slice(None), at)
+        alone = [everything(slice(k, k + 1), at) for k in range(NODES)]
+        for whole, parts in zip(together, zip(*alone, strict=True), strict=True):
+            np.testing.assert_allclose(whole, np.concatenate(parts), rtol=1e-12, atol=1e-12)

@@ -76,7 +76,7 @@ class Feasibility:
 
 @dataclass(frozen=True)
 class Detectable:
-    """Smallest amplitude of an effect that these trials would show with this power."""
+    """Smallest amplitude of an effect that these trials would show in this share of persons."""
 
     label: str
     parameter: str

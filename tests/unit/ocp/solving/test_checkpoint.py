@@ -28,11 +28,11 @@ SETTINGS = SolverSettings(tolerance=1e-8, coarse=(5, 9))
 
 
 class Interrupting(Problem):
-    """A problem on NODES nodes that ends in the fourth iteration of a phase, as a test says."""
+    """A problem on NODES nodes that ends in its third iteration, as a test says."""
 
     def intermediate(self, *args):
         go_on = super().intermediate(*args)
-        if self.layout.nodes == NODES and args[1] == 4:
+        if self.layout.nodes == NODES and args[1] == 3:
             self.end()
         return go_on
 
@@ -127,7 +127,7 @@ def test_sigterm_ends_with_a_sentence_and_the_solve_goes_on(solve, capsys):
     assert signal.getsignal(signal.SIGTERM) is before
     capsys.readouterr()
     resumed = solve()
-    assert f"interrupted solve: lumped, {NODES} nodes" in capsys.readouterr().out
+    assert f"interrupted solve: exact, {NODES} nodes" in capsys.readouterr().out
     assert resumed.optimal
     assert resumed.iterations < whole.iterations / 2
     assert resumed.objective == pytest.approx(whole.objective, rel=1e-7)

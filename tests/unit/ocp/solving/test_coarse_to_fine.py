@@ -10,6 +10,7 @@ from small_arm import (
 )
 from small_problem import cold_guess, small_problem
 
+from scapulohumeral.ocp.solving import coarse_to_fine
 from scapulohumeral.ocp.solving.coarse_to_fine import coarse_nodes, solve_coarse_to_fine
 from scapulohumeral.ocp.solving.mesh_transfer import transfer
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
@@ -76,7 +77,11 @@ def test_objective_on_another_mesh_spans_the_same_time(family):
     np.testing.assert_allclose(coarse.reference[[0, -1]], fine.reference[[0, -1]], atol=1e-12)
 
 
-def test_same_solution_as_on_one_mesh(family, start, tmp_path):
+@pytest.mark.parametrize(
+    ("large", "last"), [(NODES, ("gauss-newton", "lumped", "exact")), (NODES + 1, ("exact",))]
+)
+def test_same_solution_as_on_one_mesh(family, start, tmp_path, monkeypatch, large, last):
+    monkeypatch.setattr(coarse_to_fine, "LARGE", large)
     log = tmp_path / "solver.log"
     alone = solve(lambda mode: family(NODES, mode), start, replace(SETTINGS, coarse=()))
     result = solve_coarse_to_fine(family, NODES, start, SETTINGS, log)
@@ -85,7 +90,7 @@ def test_same_solution_as_on_one_mesh(family, start, tmp_path):
     assert result.objective == pytest.approx(alone.objective, rel=1e-5)
     steps = [json.loads(line) for line in log.read_text().splitlines()]
     phases = [(5, "gauss-newton"), (5, "exact"), (9, "exact")]
-    phases += [(NODES, mode) for mode in ("gauss-newton", "lumped", "exact")]
+    phases += [(NODES, mode) for mode in last]
     assert list(dict.fromkeys((step["nodes"], step["phase"]) for step in steps)) == phases
     assert result.iterations == len(steps) - len(phases)
 

@@ -3,7 +3,7 @@
 The automatic strategy starts with a Gauss-Newton Hessian, which finds the region of the optimum
 without inertia corrections, and hands over to the exact Hessian, warm-started with the
 multipliers, which converges quadratically; :mod:`coarse_to_fine` does so on several meshes, and
-takes the lumped Hessian on the last one.
+takes the lumped Hessian on the last one if that is large.
 """
 
 from __future__ import annotations

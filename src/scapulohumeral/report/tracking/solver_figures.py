@@ -76,6 +76,6 @@ def convergence_figure(study: Study) -> Picture:
     return drawing.finish(
         "convergence",
         "How each solve converged. The Gauss-Newton phase, on a coarse mesh, finds the region of "
-        "the optimum; infeasibilities jump where a solution goes to a finer mesh. There a lumped "
-        "Hessian ends linearly, or the exact one quadratically.",
+        "the optimum; infeasibilities jump where a solution goes to a finer mesh. The exact "
+        "Hessian, started from there, ends quadratically.",
     )

@@ -32,7 +32,7 @@ from scapulohumeral.dynamics.hill import (
     fibre_length_derivatives,
     force_derivatives,
 )
-from scapulohumeral.dynamics.path_features import MonomialFeatures, PathFeatures
+from scapulohumeral.dynamics.path_features import FeaturePoint, MonomialFeatures, PathFeatures
 from scapulohumeral.model.muscle_paths.geometry import MuscleGeometry
 
 # Most nodes that are evaluated together: what they need then stays in the cache of a processor.
@@ -51,7 +51,7 @@ class _State:
     u: np.ndarray
     rate_map: np.ndarray
     rate: np.ndarray
-    feature: np.ndarray
+    features: FeaturePoint
     gradient: np.ndarray
     y_q: np.ndarray
     t_value: np.ndarray
@@ -302,7 +302,8 @@ class MuscleForces:
         return self._latest[-1]
 
     def _new_state(self, q: np.ndarray, u: np.ndarray) -> _State:
-        feature, gradient = self.features.first(q)
+        features = self.features.at(q)
+        feature, gradient = features.values, features.gradients()
         g = self.geometry
         y = feature @ self._length.T
         y_q = _contract(self._length, gradient)
@@ -329,7 +330,7 @@ class MuscleForces:
             u,
             rate_map,
             rate,
-            feature,
+            features,
             gradient,
             y_q,
             t_value,
@@ -351,14 +352,14 @@ class MuscleForces:
     def _rate_gradient(self, s: _State) -> np.ndarray:
         """Gradient of dy/dq . T(q) u with respect to (q, u), shape (N, M, X)."""
         if "rate" not in s.derived:
-            jdot = self.features.directional(s.q, s.rate)
+            jdot = s.features.directional(s.rate)
             d_q = _contract(self._length, jdot) + np.matmul(s.y_q, self._rate_jacobian(s.u))
             s.derived["rate"] = np.concatenate([d_q, np.matmul(s.y_q, s.rate_map)], axis=2)
         return s.derived["rate"]
 
     def _arm_derivative(self, s: _State, tension: np.ndarray) -> np.ndarray:
         """sum_m F_m d(arms)/dq at constant F, shape (N, K, Nq)."""
-        curvature = self.features.curvature(s.q, (tension * s.links[1]) @ self._length)
+        curvature = s.features.curvature((tension * s.links[1]) @ self._length)
         curvature += np.matmul(s.y_q.transpose(0, 2, 1), (tension * s.links[2])[..., None] * s.y_q)
         slope = np.einsum("nm,nmi->ni", tension * s.links[1], s.y_q)
         rotation = np.matmul(s.rate_map.transpose(0, 2, 1), curvature)
@@ -419,7 +420,7 @@ class MuscleForces:
         vectors = np.zeros((n, m, 4, nq + 10))
         vectors[:, :, 0, :nq] = s.y_q
         vectors[:, :, 1] = self._rate_gradient(s)
-        jdot = self.features.directional(s.q, ghost)
+        jdot = s.features.directional(ghost)
         vectors[:, :, 2, :nq] = _contract(self._length, jdot)
         vectors[:, :, 2, :nq] += np.matmul(s.y_q, self._rate_jacobian(multipliers[:, :10]))
         vectors[:, :, 3, :nq] = np.einsum(
@@ -433,13 +434,12 @@ class MuscleForces:
         c_y, c_r, c_w = (gradient[..., k] @ self._length for k in range(3))
         pulls = np.einsum("nm,nk->nkm", gradient[..., 3], multipliers[:, 10:]).reshape(n, -1)
         c_t = pulls @ self._translation
-        h_plain, h_r, h_w = (self.features.curvature(s.q, c) for c in (c_y + c_t, c_r, c_w))
-        third_r = self.features.directional_curvature(s.q, s.rate, c_r)
-        third_w = self.features.directional_curvature(s.q, ghost, c_w)
+        h_plain, h_r, h_w = (s.features.curvature(c) for c in (c_y + c_t, c_r, c_w))
+        third = s.features.directional_curvature((s.rate, c_r), (ghost, c_w))
         cross = np.matmul(h_r, self._rate_jacobian(s.u))
         cross += np.matmul(h_w, self._rate_jacobian(multipliers[:, :10]))
         h = np.zeros((n, nq + 10, nq + 10))
-        h[:, :nq, :nq] = h_plain + third_r + third_w + cross + cross.transpose(0, 2, 1)
+        h[:, :nq, :nq] = h_plain + third + cross + cross.transpose(0, 2, 1)
         slope = np.einsum("nf,nfi->ni", c_r, s.gradient)
         mixed = np.matmul(h_r, s.rate_map)
         mixed += np.einsum("ni,ijk->nkj", slope, self.dynamics.kinematics_linear)

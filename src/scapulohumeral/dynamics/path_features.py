@@ -21,9 +21,6 @@ from scipy import sparse
 from scapulohumeral.dynamics.compiled import CompiledDynamics
 from scapulohumeral.model.muscle_paths.geometry import ROTATION_FEATURES
 
-# Points whose monomials are kept: as many as the blocks in which the nodes of a mesh are evaluated.
-KEPT = 16
-
 
 @dataclass(frozen=True)
 class _Contraction:
@@ -47,7 +44,7 @@ class MonomialFeatures:
     exponents: np.ndarray
 
     @cached_property
-    def _closure(self) -> tuple[np.ndarray, list[_Contraction]]:
+    def orders(self) -> tuple[np.ndarray, list[_Contraction]]:
         index: dict[tuple[int, ...], int] = {}
         for row in self.exponents:
             index.setdefault(tuple(int(e) for e in row), len(index))
@@ -76,21 +73,13 @@ class MonomialFeatures:
             )
         return np.array(list(index), dtype=int), orders
 
-    @cached_property
-    def _latest(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        return []
+    def at(self, v: np.ndarray) -> MonomialPoint:
+        """The monomials at variables (N, V), with their derivatives."""
+        return MonomialPoint(self, self._monomials(v))
 
     def _monomials(self, v: np.ndarray) -> np.ndarray:
-        """Every monomial of the closure, shape (N, D); those of the last points are kept."""
-        for known, values in self._latest:
-            if np.array_equal(known, v):
-                return values
-        self._latest.append((v.copy(), self._new_monomials(v)))
-        del self._latest[:-KEPT]
-        return self._latest[-1][1]
-
-    def _new_monomials(self, v: np.ndarray) -> np.ndarray:
-        exponents, _ = self._closure
+        """Every monomial of the closure, shape (N, D)."""
+        exponents, _ = self.orders
         powers = v[:, :, None] ** np.arange(int(exponents.max(initial=0)) + 1)
         values = np.ones((len(v), len(exponents)))
         for variable in range(exponents.shape[1]):
@@ -99,22 +88,22 @@ class MonomialFeatures:
         return values
 
     @cached_property
-    def _gradient_sums(self) -> list[sparse.csr_matrix]:
+    def gradient_sums(self) -> list[sparse.csr_matrix]:
         """Matrices that sum first and second derivatives into (F, V), by the first variable."""
         size, nv = self.exponents.shape
-        _, orders = self._closure
+        _, orders = self.orders
         return [
             _sums([terms.feature * nv + terms.variables[:, 0]], size * nv) for terms in orders[:2]
         ]
 
     @cached_property
-    def _symmetric(self) -> list[tuple[_Contraction, sparse.csr_matrix]]:
+    def symmetric(self) -> list[tuple[_Contraction, sparse.csr_matrix]]:
         """Second and third derivatives by ordered first two variables, and their sums (V, V).
 
         Each stands for its mirror image too.
         """
         nv = self.exponents.shape[1]
-        _, orders = self._closure
+        _, orders = self.orders
         result = []
         for terms in orders[1:]:
             chosen = terms.variables[:, 0] <= terms.variables[:, 1]
@@ -128,37 +117,69 @@ class MonomialFeatures:
             result.append((half, _sums([i * nv + j, j * nv + i], nv * nv)))
         return result
 
-    def first(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (N, F) and gradients (N, F, V)."""
-        m = self._monomials(v)
-        _, (first, _, _) = self._closure
-        size, nv = self.exponents.shape
-        gradient = (m[:, first.source] * first.coefficient) @ self._gradient_sums[0]
-        return m[:, :size], gradient.reshape(len(v), size, nv)
 
-    def directional(self, v: np.ndarray, rate: np.ndarray) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class MonomialPoint:
+    """Monomials at N points of the variables.
+
+    Attributes
+    ----------
+    features : the monomials
+    closure : (N, D) values of all monomials that derivatives are made of
+    """
+
+    features: MonomialFeatures
+    closure: np.ndarray
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values (N, F)."""
+        return self.closure[:, : len(self.features.exponents)]
+
+    def gradients(self) -> np.ndarray:
+        """Gradients (N, F, V)."""
+        _, (first, _, _) = self.features.orders
+        terms = self._terms(first)
+        return (terms @ self.features.gradient_sums[0]).reshape(self._shape)
+
+    def directional(self, rate: np.ndarray) -> np.ndarray:
         """Gradients of grad f . rate, (N, F, V), for rate (N, V)."""
-        _, (_, second, _) = self._closure
-        terms = self._monomials(v)[:, second.source] * second.coefficient
+        _, (_, second, _) = self.features.orders
+        terms = self._terms(second)
         terms *= rate[:, second.variables[:, 1]]
-        return (terms @ self._gradient_sums[1]).reshape(len(v), *self.exponents.shape)
+        return (terms @ self.features.gradient_sums[1]).reshape(self._shape)
 
-    def curvature(self, v: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def curvature(self, weights: np.ndarray) -> np.ndarray:
         """sum_k weights_k hess f_k, (N, V, V), for weights (N, F)."""
-        second, sums = self._symmetric[0]
-        terms = self._monomials(v)[:, second.source] * second.coefficient
-        terms *= weights[:, second.feature]
-        return (terms @ sums).reshape(len(v), *2 * v.shape[1:])
+        second, sums = self.features.symmetric[0]
+        return self._square(self._second * weights[:, second.feature], sums)
 
-    def directional_curvature(
-        self, v: np.ndarray, rate: np.ndarray, weights: np.ndarray
-    ) -> np.ndarray:
-        """sum_k weights_k hess(grad f_k . rate), (N, V, V), for rate (N, V), weights (N, F)."""
-        third, sums = self._symmetric[1]
-        terms = self._monomials(v)[:, third.source] * third.coefficient
-        terms *= weights[:, third.feature]
-        terms *= rate[:, third.variables[:, 2]]
-        return (terms @ sums).reshape(len(v), *2 * v.shape[1:])
+    def directional_curvature(self, *along: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        """sum_k weights_k hess(grad f_k . rate), (N, V, V), summed over pairs `along`.
+
+        Parameters
+        ----------
+        along : rate (N, V) and weights (N, F)
+        """
+        third, sums = self.features.symmetric[1]
+        feature, variable = third.feature, third.variables[:, 2]
+        weight = sum(weights[:, feature] * rate[:, variable] for rate, weights in along)
+        return self._square(self._terms(third) * weight, sums)
+
+    @cached_property
+    def _second(self) -> np.ndarray:
+        return self._terms(self.features.symmetric[0][0])
+
+    def _terms(self, contraction: _Contraction) -> np.ndarray:
+        return self.closure[:, contraction.source] * contraction.coefficient
+
+    @property
+    def _shape(self) -> tuple[int, int, int]:
+        return len(self.closure), *self.features.exponents.shape
+
+    def _square(self, terms: np.ndarray, sums: sparse.csr_matrix) -> np.ndarray:
+        n, _, nv = self._shape
+        return (terms @ sums).reshape(n, nv, nv)
 
 
 def _sums(targets: list[np.ndarray], width: int) -> sparse.csr_matrix:
@@ -180,47 +201,85 @@ class PathFeatures:
     dynamics: CompiledDynamics
 
     @cached_property
-    def _variables(self) -> np.ndarray:
+    def variables(self) -> np.ndarray:
+        """Which coordinates are variables of the monomials, (V,)."""
         return np.array(self.dynamics.polynomial_variables)
 
-    def first(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (N, F) and gradients (N, F, Nq)."""
-        values, gradient = self.monomials.first(q[:, self._variables])
-        rotation, rotation_gradient = self.dynamics.features(q)
-        full = np.zeros((*values.shape, q.shape[1]))
-        full[:, :, self._variables] = gradient
-        return np.hstack([values, rotation]), np.concatenate([full, rotation_gradient], axis=1)
+    def at(self, q: np.ndarray) -> FeaturePoint:
+        """The features at coordinates (N, Nq), with their derivatives."""
+        return FeaturePoint(self, q, self.monomials.at(q[:, self.variables]))
 
-    def directional(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
+
+@dataclass(frozen=True, eq=False)
+class FeaturePoint:
+    """Features at N points of the coordinates.
+
+    Attributes
+    ----------
+    features : which they are
+    q : (N, Nq) coordinates
+    monomials : those of them that are monomials
+    """
+
+    features: PathFeatures
+    q: np.ndarray
+    monomials: MonomialPoint
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values (N, F)."""
+        return np.hstack([self.monomials.values, self._rotation[0]])
+
+    def gradients(self) -> np.ndarray:
+        """Gradients (N, F, Nq)."""
+        return self._joined(self.monomials.gradients(), self._rotation[1])
+
+    def directional(self, rate: np.ndarray) -> np.ndarray:
         """Gradients of grad f . rate, (N, F, Nq), for rate (N, Nq)."""
-        idx = self._variables
-        split = self.monomials.exponents.shape[0]
-        full = np.zeros((len(q), split, q.shape[1]))
-        full[:, :, idx] = self.monomials.directional(q[:, idx], rate[:, idx])
-        none = np.zeros((len(q), ROTATION_FEATURES))
-        rotation, _, _ = self.dynamics.feature_second(q, rate, none, none)
-        return np.concatenate([full, rotation], axis=1)
+        none = np.zeros((len(self.q), ROTATION_FEATURES))
+        rotation, _, _ = self.features.dynamics.feature_second(self.q, rate, none, none)
+        return self._joined(self.monomials.directional(rate[:, self.features.variables]), rotation)
 
-    def curvature(self, q: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def curvature(self, weights: np.ndarray) -> np.ndarray:
         """sum_k weights_k hess f_k, (N, Nq, Nq), for weights (N, F)."""
-        split = self.monomials.exponents.shape[0]
-        own, rotation = weights[:, :split], weights[:, split:]
-        none = np.zeros_like(rotation)
-        _, total, _ = self.dynamics.feature_second(q, np.zeros_like(q), rotation, none)
-        return self._add(total, self.monomials.curvature(q[:, self._variables], own))
+        own, rotation = self._split(weights)
+        still, none = np.zeros_like(self.q), np.zeros_like(rotation)
+        _, total, _ = self.features.dynamics.feature_second(self.q, still, rotation, none)
+        return self._add(total, self.monomials.curvature(own))
 
-    def directional_curvature(
-        self, q: np.ndarray, rate: np.ndarray, weights: np.ndarray
-    ) -> np.ndarray:
-        """sum_k weights_k hess(grad f_k . rate), (N, Nq, Nq), for rate (N, Nq), weights (N, F)."""
-        idx, split = self._variables, self.monomials.exponents.shape[0]
-        own, rotation = weights[:, :split], weights[:, split:]
-        none = np.zeros_like(rotation)
-        _, _, total = self.dynamics.feature_second(q, rate, none, rotation)
-        return self._add(total, self.monomials.directional_curvature(q[:, idx], rate[:, idx], own))
+    def directional_curvature(self, *along: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        """sum_k weights_k hess(grad f_k . rate), (N, Nq, Nq), summed over pairs `along`.
+
+        Parameters
+        ----------
+        along : rate (N, Nq) and weights (N, F)
+        """
+        total: np.ndarray | float = 0.0
+        of_monomials = []
+        for rate, weights in along:
+            own, rotation = self._split(weights)
+            none = np.zeros_like(rotation)
+            _, _, added = self.features.dynamics.feature_second(self.q, rate, none, rotation)
+            total = total + added
+            of_monomials.append((rate[:, self.features.variables], own))
+        return self._add(np.asarray(total), self.monomials.directional_curvature(*of_monomials))
+
+    @cached_property
+    def _rotation(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.features.dynamics.features(self.q)
+
+    def _split(self, weights: np.ndarray) -> list[np.ndarray]:
+        """Weights of the monomials, and of the entries of rotation matrices."""
+        return np.split(weights, [len(self.features.monomials.exponents)], axis=1)
+
+    def _joined(self, monomials: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+        """Gradients (N, F, Nq) from those by the variables of monomials and by coordinates."""
+        full = np.zeros((*monomials.shape[:2], self.q.shape[1]))
+        full[:, :, self.features.variables] = monomials
+        return np.concatenate([full, rotation], axis=1)
 
     def _add(self, total: np.ndarray, monomials: np.ndarray) -> np.ndarray:
         """Second derivatives (N, Nq, Nq) with those of the monomials (N, V, V) added."""
-        idx = self._variables
+        idx = self.features.variables
         total[np.ix_(np.arange(len(total)), idx, idx)] += monomials
         return total

@@ -20,32 +20,37 @@ def random_exponents(rng, count=40, variables=10):
 
 def check_derivatives(features, x, rng):
     """First derivatives, directional gradients and weighted Hessians of f(x)."""
-    values, gradients = features.first(x)
+    point = features.at(x)
+    values, gradients = point.values, point.gradients()
     size = values.shape[1]
-    np.testing.assert_allclose(gradients, differences(lambda v: features.first(v)[0], x), atol=1e-8)
+    np.testing.assert_allclose(
+        gradients, differences(lambda v: features.at(v).values, x), atol=1e-8
+    )
     rate = rng.normal(size=x.shape)
     weights, rate_weights = rng.normal(size=(2, len(x), size))
-    directional, hessian = features.directional(x, rate), features.curvature(x, weights)
-    rate_hessian = features.directional_curvature(x, rate, rate_weights)
+    directional, hessian = point.directional(rate), point.curvature(weights)
+    rate_hessian = point.directional_curvature((rate, rate_weights))
+    twice = point.directional_curvature((rate, rate_weights), (2.0 * rate, rate_weights))
 
     def slope(v):
-        return np.einsum("nfi,ni->nf", features.first(v)[1], rate)
+        return np.einsum("nfi,ni->nf", features.at(v).gradients(), rate)
 
     def weighted(v):
-        return np.einsum("nfi,nf->ni", features.first(v)[1], weights)
+        return np.einsum("nfi,nf->ni", features.at(v).gradients(), weights)
 
     def weighted_slope_gradient(v):
-        return np.einsum("nfi,nf->ni", features.directional(v, rate), rate_weights)
+        return np.einsum("nfi,nf->ni", features.at(v).directional(rate), rate_weights)
 
     np.testing.assert_allclose(directional, differences(slope, x), atol=1e-7)
     np.testing.assert_allclose(hessian, differences(weighted, x), atol=1e-7)
     np.testing.assert_allclose(rate_hessian, differences(weighted_slope_gradient, x), atol=1e-7)
+    np.testing.assert_allclose(twice, 3.0 * rate_hessian, atol=1e-12)
 
 
 def test_monomials_are_products_of_powers():
     rng = np.random.default_rng(1)
     exponents, v = random_exponents(rng), rng.uniform(-1, 1, (5, 10))
-    values, _ = MonomialFeatures(exponents).first(v)
+    values = MonomialFeatures(exponents).at(v).values
     np.testing.assert_allclose(values, np.prod(v[:, None] ** exponents, axis=2), rtol=1e-12)
 
 
@@ -57,12 +62,11 @@ def test_one_monomial_by_hand():
     v[0, :2] = 3.0, 2.0
     rate = np.zeros((1, 10))
     rate[0, :2] = 1.0, 1.0
-    features = MonomialFeatures(exponents)
-    values, gradient = features.first(v)
-    assert values.item() == 18.0
-    np.testing.assert_allclose(gradient[0, 0, :2], [12.0, 9.0])
-    directional, hessian = features.directional(v, rate), features.curvature(v, np.ones((1, 1)))
-    third = features.directional_curvature(v, rate, np.ones((1, 1)))
+    point = MonomialFeatures(exponents).at(v)
+    assert point.values.item() == 18.0
+    np.testing.assert_allclose(point.gradients()[0, 0, :2], [12.0, 9.0])
+    directional, hessian = point.directional(rate), point.curvature(np.ones((1, 1)))
+    third = point.directional_curvature((rate, np.ones((1, 1))))
     np.testing.assert_allclose(directional[0, 0, :2], [10.0, 6.0])
     np.testing.assert_allclose(hessian[0, :2, :2], [[4.0, 6.0], [6.0, 0.0]])
     np.testing.assert_allclose(third[0, :2, :2], [[2.0, 2.0], [2.0, 0.0]])

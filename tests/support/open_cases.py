@@ -4,7 +4,7 @@ import numpy as np
 
 from scapulohumeral.gap.benchmark.calibrate import OpenCase
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
-from scapulohumeral.gap.verdict.posterior import Score
+from scapulohumeral.gap.verdict.posterior import Circumstances, Score
 from scapulohumeral.gap.weighing import Weighing
 
 TEAR, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
@@ -26,4 +26,5 @@ def open_case(
         NONE: Score(np.log(0.1), -40.0, -40.0),
         NO_GAP: Score(np.log(0.1), -40.0, -40.0),
     }
-    return OpenCase(draw, right, present, True, True, p_value, 1.0, scores)
+    about = Circumstances(present, referenced=True, told=True, p_value=p_value, misfit=1.0)
+    return OpenCase(draw, right, about, scores)

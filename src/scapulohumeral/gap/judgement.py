@@ -21,7 +21,7 @@ from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
-from scapulohumeral.gap.verdict.posterior import Posterior, Score
+from scapulohumeral.gap.verdict.posterior import Circumstances, Posterior, Score
 from scapulohumeral.gap.weighing import Weighing
 
 # Labels so many units of weighed evidence below the first are not asked to predict held-out tasks:
@@ -100,11 +100,16 @@ def judge(
     if MOVED in others:
         fits.append(movement_fit(evidence.residuals, others[MOVED]))
     scores = _scores(evidence, found, fits, others, weighing)
-    told = motion_is_told(evidence)
-    silent = posterior.no_gap_range(present, evidence.referenced, told, is_there.p_value, weighing)
     excess = misfit(fits, evidence.residuals, evidence.settings.signature_error)
-    weighing = posterior.heard(weighing, present, told, excess)
-    p = posterior.posterior(scores, weighing, silent)
+    case = Circumstances(
+        present=present,
+        referenced=evidence.referenced,
+        told=motion_is_told(evidence),
+        p_value=is_there.p_value,
+        misfit=excess,
+    )
+    p = posterior.probabilities(scores, weighing, case)
+    weighing = posterior.heard(weighing, case)
     best = next(f for f in fits if f.label == p.first)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)

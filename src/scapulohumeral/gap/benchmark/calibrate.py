@@ -24,7 +24,13 @@ from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import MISFIT, read_table
 from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
-from scapulohumeral.gap.verdict.posterior import Posterior, Score, heard, no_gap_range, posterior
+from scapulohumeral.gap.verdict.posterior import (
+    Circumstances,
+    Posterior,
+    Score,
+    no_gap_range,
+    probabilities,
+)
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
 # Fitted to answers with a gap.
@@ -48,27 +54,18 @@ class OpenCase:
     ----------
     draw : that it belongs to
     right : labels that each are a right answer, as `ScoredCase.right` has them
-    present, referenced, told : of the answer: whether there is a gap; whether there were reference
-        trials; whether EMG or joint force was compared
-    p_value : of the test for a gap
-    misfit : how far the likeliest explanation misses the difference
+    about : circumstances of the answer
     scores : by label
     """
 
     draw: str
     right: tuple[str, ...]
-    present: bool
-    referenced: bool
-    told: bool
-    p_value: float
-    misfit: float
+    about: Circumstances
     scores: Mapping[str, Score]
 
     def probabilities(self, weighing: Weighing) -> Posterior:
         """Probabilities of all labels with some weights."""
-        silent = no_gap_range(self.present, self.referenced, self.told, self.p_value, weighing)
-        counting = heard(weighing, self.present, self.told, self.misfit)
-        return posterior(self.scores, counting, silent)
+        return probabilities(self.scores, weighing, self.about)
 
     def p_truth(self, weighing: Weighing) -> float:
         """Probability of what is right."""
@@ -125,11 +122,13 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
     return OpenCase(
         draw=draw,
         right=case.right,
-        present=bool(answer["gap"]["present"]),
-        referenced=answer["mode"] == "reference",
-        told=bool(channels["emg"] or channels["contact_force"]),
-        p_value=float(answer["gap"]["p_value"]),
-        misfit=float(errors[MISFIT]),
+        about=Circumstances(
+            present=bool(answer["gap"]["present"]),
+            referenced=answer["mode"] == "reference",
+            told=bool(channels["emg"] or channels["contact_force"]),
+            p_value=float(answer["gap"]["p_value"]),
+            misfit=float(errors[MISFIT]),
+        ),
         scores=scores,
     )
 
@@ -139,7 +138,7 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
 
     They are the mode of a posterior whose prior is normal in the log odds of the weights in use.
     """
-    gaps = [case for case in cases if case.present]
+    gaps = [case for case in cases if case.about.present]
     found = start
     if gaps:
         first = logit(np.clip([getattr(start, name) for name in FITTED], LEAST, MOST))
@@ -167,17 +166,14 @@ def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
     an answer sure.
     """
     kinds = {"silent": (True, True), "silent_motion": (True, False), "silent_alone": (False, False)}
-    seen = [
-        ((case.referenced, case.told, case.p_value), NO_GAP in case.right)
-        for case in cases
-        if not case.present
-    ]
-    seen += [((*kind, 1.0), right) for kind in kinds.values() for right in (True, False)]
+    seen = [(case.about, NO_GAP in case.right) for case in cases if not case.about.present]
+    added = (Circumstances(False, *kind, p_value=1.0, misfit=1.0) for kind in kinds.values())
+    seen += [(about, right) for about in added for right in (True, False)]
     names = (*kinds, "silent_power")
 
     def loss(x: np.ndarray) -> float:
         tried = _with_odds(weighing, names, x)
-        least = [(no_gap_range(False, *answer, tried)[0], right) for answer, right in seen]
+        least = [(no_gap_range(tried, about)[0], right) for about, right in seen]
         return -sum(np.log(p if right else 1.0 - p) for p, right in least)
 
     options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}

@@ -76,6 +76,33 @@ class Posterior:
         return replace(self, labels={**labels, **grown})
 
 
+@dataclass(frozen=True)
+class Circumstances:
+    """What of a case decides how its evidence counts.
+
+    Attributes
+    ----------
+    present : whether the difference exceeds the noise
+    referenced : whether it is that to reference trials
+    told : whether EMG or joint force is compared, beside the motion that people keep
+    p_value : of the test for a gap
+    misfit : how many times as much as assumed the likeliest explanation leaves (`misfit.misfit`)
+    """
+
+    present: bool
+    referenced: bool
+    told: bool
+    p_value: float
+    misfit: float
+
+
+def probabilities(
+    scores: Mapping[str, Score], weighing: Weighing, case: Circumstances
+) -> Posterior:
+    """Probabilities of all labels of a case, with weights that were fitted for all cases."""
+    return posterior(scores, heard(weighing, case), no_gap_range(weighing, case))
+
+
 def posterior(
     scores: Mapping[str, Score], weighing: Weighing, no_gap: tuple[float, float]
 ) -> Posterior:
@@ -122,41 +149,31 @@ def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool
     return bool(logs.pop(NONE) > logsumexp(list(logs.values())))
 
 
-def no_gap_range(
-    present: bool, referenced: bool, told: bool, p_value: float, weighing: Weighing
-) -> tuple[float, float]:
+def no_gap_range(weighing: Weighing, case: Circumstances) -> tuple[float, float]:
     """Least and largest probability of no gap.
 
     Without any effect all p values are as probable; with one their density is taken to rise towards
     zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it.
-
-    Parameters
-    ----------
-    present : whether the difference exceeds the noise
-    referenced : whether it is that to reference trials
-    told : whether EMG or joint force is compared, beside the motion that people keep
-    p_value : of the test for a gap
     """
-    if present:
+    if case.present:
         return 0.0, UNDECIDED
     share = weighing.silent_alone
-    if referenced:
-        share = weighing.silent if told else weighing.silent_motion
-    against = (1.0 - share) * p_value**-weighing.silent_power
+    if case.referenced:
+        share = weighing.silent if case.told else weighing.silent_motion
+    against = (1.0 - share) * case.p_value**-weighing.silent_power
     return share / (share + against), 1.0
 
 
-def heard(weighing: Weighing, present: bool, told: bool, excess: float) -> Weighing:
-    """Weights that hold for a case, as for :func:`no_gap_range`.
+def heard(weighing: Weighing, case: Circumstances) -> Weighing:
+    """Weights that hold for a case.
 
     Motion that differs no more than repeats do names no cause: what acts on the body hardly shows
-    in it. Causes, another movement among them, then stay as probable as before any data. `excess`
-    is how many times as much as assumed the likeliest explanation leaves (`misfit.misfit`):
-    evidence counts by so much less.
+    in it. Causes, another movement among them, then stay as probable as before any data. Evidence
+    counts by so much less as the likeliest explanation leaves more than assumed.
     """
-    if not (present or told):
+    if not (case.present or case.told):
         weighing = replace(weighing, misled=1.0, foreign=0.0, moved=0.0)
-    evidence, held_out = weighing.evidence / excess, weighing.held_out / excess
+    evidence, held_out = weighing.evidence / case.misfit, weighing.held_out / case.misfit
     return replace(weighing, evidence=evidence, held_out=held_out)
 
 

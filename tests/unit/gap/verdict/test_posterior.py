@@ -10,6 +10,7 @@ from scapulohumeral.gap.verdict.posterior import (
     COVERAGE,
     UNDECIDED,
     UNPROVEN,
+    Circumstances,
     Posterior,
     Score,
     credible_set,
@@ -36,6 +37,10 @@ PLAIN = Weighing(
     silent_power=0.5,
 )
 FREE = (0.0, 1.0)
+WITH_GAP = Circumstances(present=True, referenced=True, told=True, p_value=1.0, misfit=1.0)
+SILENT = replace(WITH_GAP, present=False)
+# Where evidence counts as it is.
+HEARD = (replace(WITH_GAP, told=False), SILENT, WITH_GAP)
 PRIOR = {"a": 0.3, "b": 0.4, "a + b": 0.01, "none": 0.1, "no_gap": 0.2}
 
 
@@ -123,18 +128,19 @@ def test_no_gap_stays_inside_of_its_range(evidence):
 def test_where_no_gap_is_found_there_is_as_probably_none_as_was_seen(
     present, referenced, told, expected
 ):
-    assert no_gap_range(present, referenced, told, 1.0, PLAIN) == pytest.approx(expected)
+    case = Circumstances(present, referenced, told, p_value=1.0, misfit=1.0)
+    assert no_gap_range(PLAIN, case) == pytest.approx(expected)
 
 
 def test_no_gap_is_less_probable_where_a_gap_was_nearly_found():
     """Its odds fall with the power of the p value."""
-    least = {p: no_gap_range(False, True, True, p, PLAIN)[0] for p in (1.0, 0.3, 0.06)}
+    least = {p: no_gap_range(PLAIN, replace(SILENT, p_value=p))[0] for p in (1.0, 0.3, 0.06)}
     odds = {p: one / (1.0 - one) for p, one in least.items()}
     for p in (0.3, 0.06):
         assert odds[p] / odds[1.0] == pytest.approx(np.sqrt(p))
     sure = replace(PLAIN, silent=1.0)
-    assert no_gap_range(False, True, True, 0.06, sure)[0] == 1.0
-    assert no_gap_range(True, True, True, 0.04, PLAIN)[0] == 0.0
+    assert no_gap_range(sure, replace(SILENT, p_value=0.06))[0] == 1.0
+    assert no_gap_range(PLAIN, replace(WITH_GAP, p_value=0.04))[0] == 0.0
 
 
 def test_evidence_may_mislead():
@@ -211,19 +217,19 @@ def test_equally_probable_answers_are_in_the_credible_set_together(rounding: flo
 
 def test_motion_without_a_gap_names_no_cause():
     told = scores(a=50.0)
-    silent = posterior(told, heard(PLAIN, present=False, told=False, excess=1.0), FREE)
+    silent = posterior(told, heard(PLAIN, replace(SILENT, told=False)), FREE)
     assert silent.labels["a"] / silent.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
-    for present, by_emg in ((True, False), (False, True), (True, True)):
-        found = posterior(told, heard(PLAIN, present, by_emg, 1.0), FREE)
+    for case in HEARD:
+        found = posterior(told, heard(PLAIN, case), FREE)
         assert found.labels["a"] > 0.99
 
 
 def test_motion_without_a_gap_leaves_another_movement_as_probable_as_before():
     weighing = replace(PLAIN, foreign=0.3, moved=0.4)
-    for present, by_emg in ((True, False), (False, True), (True, True)):
-        kept = heard(weighing, present, by_emg, 1.0)
+    for case in HEARD:
+        kept = heard(weighing, case)
         assert (kept.foreign, kept.moved) == (0.3, 0.4)
-    silent = heard(weighing, present=False, told=False, excess=1.0)
+    silent = heard(weighing, replace(SILENT, told=False))
     assert (silent.foreign, silent.moved) == (0.0, 0.0)
 
 
@@ -231,7 +237,7 @@ def test_evidence_counts_less_where_the_likeliest_explanation_misses_the_differe
     told = scores({"a": 4.0, "b": 0.0}, a=6.0, b=0.0)
     weighing = replace(PLAIN, evidence=0.5, held_out=0.5)
     for excess in (1.0, 2.5):
-        found = posterior(told, heard(weighing, True, True, excess), FREE)
+        found = posterior(told, heard(weighing, replace(WITH_GAP, misfit=excess)), FREE)
         odds = np.log(found.labels["a"] / found.labels["b"])
         assert odds == pytest.approx(np.log(0.3 / 0.4) + 5.0 / excess)
 

@@ -45,6 +45,7 @@ class MonomialFeatures:
 
     @cached_property
     def orders(self) -> tuple[np.ndarray, list[_Contraction]]:
+        """Exponents (D, V) of the closure, and derivatives of orders 1 to 3 in its monomials."""
         index: dict[tuple[int, ...], int] = {}
         for row in self.exponents:
             index.setdefault(tuple(int(e) for e in row), len(index))

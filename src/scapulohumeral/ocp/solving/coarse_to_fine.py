@@ -34,6 +34,8 @@ Family = Callable[[int, str], Problem]
 # two saves one iteration of eleven on the fine mesh and costs as much as three.
 COARSENING = (4, 2)
 FEWEST_INTERVALS = 30
+# Barrier parameter, per time, at which a solution goes to the next mesh.
+BARRIER = 1e-5
 # Tolerance of a solution that is only a start; looser ones stop at saddle points.
 LOOSE = 1e-6
 # Most Gauss-Newton iterations: after about ten they find no lower objective. Of 10, 15 and 25, with
@@ -165,12 +167,12 @@ def _on_the_way(settings: SolverSettings, nodes: int, mesh: int, most: int) -> S
         # Without the upper end the barrier rises at first, which costs up to eight iterations.
         return replace(
             settings,
-            barrier_exact=settings.barrier_coarse,
+            barrier_exact=BARRIER,
             barrier_least=last,
             closing_in=CLOSING_IN if nodes >= LARGE else 0,
         )
     longer = (nodes - 1) / (mesh - 1)
-    barrier = settings.barrier_coarse * longer
+    barrier = BARRIER * longer
     return replace(
         settings,
         tolerance=LOOSE,

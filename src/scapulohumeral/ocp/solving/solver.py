@@ -35,6 +35,8 @@ REGULAR = 0
 # Most iterations with a lumped Hessian. In some problems they reach the tolerance before; in others
 # the last digits come slowly, and the exact Hessian brings them in two or three.
 LUMPED_ITERATIONS = 16
+# Barrier of the Gauss-Newton iterations that close in from the solution of a coarser mesh.
+CLOSING_IN_BARRIER = 1e-6
 # What is recorded of every iteration, beside phase, mesh and time.
 RECORDED = (
     "iteration",
@@ -68,11 +70,10 @@ class SolverSettings:
     barrier_target : slack times multiplier of every bound at the solution; above 0 the solution is
         that of the barrier problem, smooth where bounds change between active and inactive
     coarse : nodes of the meshes on the way to that of the problem, coarsest first
-    barrier_coarse : barrier parameter at which a solution goes to the next mesh
     barrier_least : if above 0, the barrier of the exact phase falls by IPOPT's quality function,
         from `barrier_exact` at most to this
-    closing_in, barrier_closing_in : Gauss-Newton iterations from the solution of a coarser mesh,
-        before the lumped Hessian takes over, and their barrier; 0 takes the exact one at once
+    closing_in : Gauss-Newton iterations from the solution of a coarser mesh, before the lumped
+        Hessian takes over; 0 takes the exact one at once
     far : whether a start is the solution of a neighbour so far away that its multipliers are no
         help: "automatic" then begins with Gauss-Newton, and all phases have the scaling of the
         start, so that `barrier_target` means the same as in the start's own solution
@@ -86,10 +87,8 @@ class SolverSettings:
     barrier_exact: float = 1e-5
     barrier_target: float = 0.0
     coarse: tuple[int, ...] = ()
-    barrier_coarse: float = 1e-5
     barrier_least: float = 0.0
     closing_in: int = 0
-    barrier_closing_in: float = 1e-6
     far: bool = False
 
     def __post_init__(self) -> None:
@@ -311,7 +310,7 @@ def _phases(settings: SolverSettings, warm: bool) -> list[tuple[str, dict]]:
     if not warm:
         first = [("gauss-newton", {**cold, "max_iter": settings.gauss_newton_iterations, **loose})]
     elif settings.closing_in:
-        nearer = {"mu_init": settings.barrier_closing_in, "max_iter": settings.closing_in}
+        nearer = {"mu_init": CLOSING_IN_BARRIER, "max_iter": settings.closing_in}
         lumped = {**exact, "max_iter": min(settings.max_iterations, LUMPED_ITERATIONS)}
         first = [("gauss-newton", {**nearer, **loose}), (LUMPED, lumped)]
     return [*first, ("exact", exact)]

@@ -338,7 +338,12 @@ def _common(mode: str, settings: SolverSettings) -> dict:
         "mu_target": settings.barrier_target,
     }
     if mode == "limited-memory":
-        options |= {"hessian_approximation": "limited-memory", "limited_memory_max_history": 40}
+        options |= {
+            "hessian_approximation": "limited-memory",
+            "limited_memory_max_history": 40,
+            # Steps of low-rank updates need to be exact, or their Hessian goes astray.
+            "residual_ratio_max": 1e-10,
+        }
     return options
 
 

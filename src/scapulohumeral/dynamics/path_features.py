@@ -44,7 +44,7 @@ class MonomialFeatures:
     exponents: np.ndarray
 
     @cached_property
-    def orders(self) -> tuple[np.ndarray, list[_Contraction]]:
+    def closure(self) -> tuple[np.ndarray, list[_Contraction]]:
         """Exponents (D, V) of the closure, and derivatives of orders 1 to 3 in its monomials."""
         index: dict[tuple[int, ...], int] = {}
         for row in self.exponents:
@@ -80,7 +80,7 @@ class MonomialFeatures:
 
     def _monomials(self, v: np.ndarray) -> np.ndarray:
         """Every monomial of the closure, shape (N, D)."""
-        exponents, _ = self.orders
+        exponents, _ = self.closure
         powers = v[:, :, None] ** np.arange(int(exponents.max(initial=0)) + 1)
         values = np.ones((len(v), len(exponents)))
         for variable in range(exponents.shape[1]):
@@ -92,7 +92,7 @@ class MonomialFeatures:
     def gradient_sums(self) -> list[sparse.csr_matrix]:
         """Matrices that sum first and second derivatives into (F, V), by the first variable."""
         size, nv = self.exponents.shape
-        _, orders = self.orders
+        _, orders = self.closure
         return [
             _sums([terms.feature * nv + terms.variables[:, 0]], size * nv) for terms in orders[:2]
         ]
@@ -104,7 +104,7 @@ class MonomialFeatures:
         Each stands for its mirror image too.
         """
         nv = self.exponents.shape[1]
-        _, orders = self.orders
+        _, orders = self.closure
         result = []
         for terms in orders[1:]:
             chosen = terms.variables[:, 0] <= terms.variables[:, 1]
@@ -126,26 +126,26 @@ class MonomialPoint:
     Attributes
     ----------
     features : the monomials
-    closure : (N, D) values of all monomials that derivatives are made of
+    every : (N, D) values of the closure, of which derivatives are made
     """
 
     features: MonomialFeatures
-    closure: np.ndarray
+    every: np.ndarray
 
     @property
     def values(self) -> np.ndarray:
         """Values (N, F)."""
-        return self.closure[:, : len(self.features.exponents)]
+        return self.every[:, : len(self.features.exponents)]
 
     def gradients(self) -> np.ndarray:
         """Gradients (N, F, V)."""
-        _, (first, _, _) = self.features.orders
+        _, (first, _, _) = self.features.closure
         terms = self._terms(first)
         return (terms @ self.features.gradient_sums[0]).reshape(self._shape)
 
     def directional(self, rate: np.ndarray) -> np.ndarray:
         """Gradients of grad f . rate, (N, F, V), for rate (N, V)."""
-        _, (_, second, _) = self.features.orders
+        _, (_, second, _) = self.features.closure
         terms = self._terms(second)
         terms *= rate[:, second.variables[:, 1]]
         return (terms @ self.features.gradient_sums[1]).reshape(self._shape)
@@ -172,11 +172,11 @@ class MonomialPoint:
         return self._terms(self.features.symmetric[0][0])
 
     def _terms(self, contraction: _Contraction) -> np.ndarray:
-        return self.closure[:, contraction.source] * contraction.coefficient
+        return self.every[:, contraction.source] * contraction.coefficient
 
     @property
     def _shape(self) -> tuple[int, int, int]:
-        return len(self.closure), *self.features.exponents.shape
+        return len(self.every), *self.features.exponents.shape
 
     def _square(self, terms: np.ndarray, sums: sparse.csr_matrix) -> np.ndarray:
         n, _, nv = self._shape

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
 
-SCHEMA = "gap-calibration/2"
+SCHEMA = "gap-calibration/3"
 # More units of log probability than this decide no more than it does.
 MOST_USELESS = 1000.0
 
@@ -28,9 +28,11 @@ class Weighing:
         the difference and leaves all of it
     unknown : largest probability of none of these that evidence may give
     misled : share of all probability that goes by what is believed before any data
-    foreign : share of all probability that belongs to none of these, whatever evidence says: a
+    foreign : share of all probability that belongs to none of these, beside what evidence says: a
         cause that is not in the library often looks like one that is
     moved : share of what is left that belongs to another movement, where that is an answer
+    fading : power of their odds against the first cause by which both shares fall where evidence is
+        for that cause; with 0 they stay
     silent, silent_motion, silent_alone : least probability of no gap where none is found and the p
         value is 1: with reference trials and EMG or joint force, with reference trials of motion
         alone, without reference trials
@@ -44,6 +46,7 @@ class Weighing:
     misled: float
     foreign: float
     moved: float
+    fading: float
     silent: float
     silent_motion: float
     silent_alone: float

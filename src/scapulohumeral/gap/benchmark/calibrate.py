@@ -34,7 +34,7 @@ from scapulohumeral.gap.verdict.posterior import (
 from scapulohumeral.gap.weighing import SCHEMA, Weighing
 
 # Fitted to answers with a gap.
-FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved")
+FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved", "fading")
 # Beyond these, all evidence or none would count: no number of cases speaks for that.
 LEAST, MOST = 0.01, 0.99
 # Log odds by which fitted weights are expected to differ from those in use: earlier draws chose
@@ -141,16 +141,26 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
     gaps = [case for case in cases if case.about.present]
     found = start
     if gaps:
-        first = logit(np.clip([getattr(start, name) for name in FITTED], LEAST, MOST))
+        first = _log_odds(start, FITTED)
 
         def loss(x: np.ndarray) -> float:
-            departure = float(np.sum((x - first) ** 2)) / (2.0 * SPREAD**2)
-            return departure / len(gaps) - log_score(gaps, _with_odds(start, FITTED, x))
+            of_cases = log_score(gaps, _with_odds(start, FITTED, x))
+            return _departure(x, first) / len(gaps) - of_cases
 
-        options: Any = {"maxiter": 400, "xatol": 0.02, "fatol": 1e-4}
+        options: Any = {"maxiter": 1500, "xatol": 0.02, "fatol": 1e-4}
         solved = minimize(loss, first, method="Nelder-Mead", options=options)
         found = _with_odds(start, FITTED, solved.x)
     return _with_silences(found, cases)
+
+
+def _log_odds(weighing: Weighing, names: Sequence[str]) -> np.ndarray:
+    """Log odds of some weights."""
+    return logit(np.clip([getattr(weighing, name) for name in names], LEAST, MOST))
+
+
+def _departure(log_odds: np.ndarray, first: np.ndarray) -> float:
+    """Negative log prior of log odds of weights, given those in use."""
+    return float(np.sum((log_odds - first) ** 2)) / (2.0 * SPREAD**2)
 
 
 def _with_odds(weighing: Weighing, names: Sequence[str], log_odds: np.ndarray) -> Weighing:
@@ -162,22 +172,19 @@ def _with_odds(weighing: Weighing, names: Sequence[str], log_odds: np.ndarray) -
 def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
     """Weights with which answers without a gap are as probable as they were right.
 
-    A right and a wrong answer of each kind, with a p value of 1, are added: few cases must not make
-    an answer sure.
+    Given those in use, as for :func:`fitted`.
     """
-    kinds = {"silent": (True, True), "silent_motion": (True, False), "silent_alone": (False, False)}
     seen = [(case.about, NO_GAP in case.right) for case in cases if not case.about.present]
-    added = (Circumstances(False, *kind, p_value=1.0, misfit=1.0) for kind in kinds.values())
-    seen += [(about, right) for about in added for right in (True, False)]
-    names = (*kinds, "silent_power")
+    names = ("silent", "silent_motion", "silent_alone", "silent_power")
+    first = _log_odds(weighing, names)
 
     def loss(x: np.ndarray) -> float:
         tried = _with_odds(weighing, names, x)
         least = [(no_gap_range(tried, about)[0], right) for about, right in seen]
-        return -sum(np.log(p if right else 1.0 - p) for p, right in least)
+        return _departure(x, first) - sum(np.log(p if right else 1.0 - p) for p, right in least)
 
     options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}
-    solved = minimize(loss, np.zeros(len(names)), method="Nelder-Mead", options=options)
+    solved = minimize(loss, first, method="Nelder-Mead", options=options)
     return _with_odds(weighing, names, solved.x)
 
 

@@ -131,15 +131,17 @@ def posterior(
         name: float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
         for name, p in found.items()
     }
-    if MOVED in mixed:
-        mixed = _kept_for(MOVED, weighing.moved, mixed)
-    mixed = _kept_for(NONE, weighing.foreign, mixed)
+    first = max(logs[name] for name in labels if name != MOVED)
+    for answer, share in ((MOVED, weighing.moved), (NONE, weighing.foreign)):
+        if answer in mixed:
+            behind = min(logs[answer] - first, 0.0)
+            mixed = _kept_for(answer, share * float(np.exp(weighing.fading * behind)), mixed)
     whole = {name: (1.0 - nothing) * p for name, p in mixed.items()}
     return Posterior({name: whole[name] for name in labels}, whole[NONE], nothing)
 
 
 def _kept_for(answer: str, share: float, found: Mapping[str, float]) -> dict[str, float]:
-    """Probabilities of which a share belongs to one answer, whatever evidence says."""
+    """Probabilities of which a share belongs to one answer, beside what evidence says."""
     return {name: (1.0 - share) * p + share * (name == answer) for name, p in found.items()}
 
 

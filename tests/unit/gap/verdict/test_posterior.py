@@ -31,6 +31,7 @@ PLAIN = Weighing(
     misled=0.0,
     foreign=0.0,
     moved=0.0,
+    fading=0.0,
     silent=0.8,
     silent_motion=0.6,
     silent_alone=0.7,
@@ -177,6 +178,23 @@ def test_people_may_have_moved_otherwise_whatever_evidence_says():
     assert found.none == pytest.approx(0.9 * 0.3)
     # Without it among the answers nothing is kept for it.
     assert posterior(scores(a=50.0), weighing, (0.1, 0.1)).labels["a"] == pytest.approx(0.9 * 0.7)
+
+
+@pytest.mark.parametrize("lead", [-5.0, 0.0, 8.0])
+def test_shares_that_are_kept_fade_with_the_odds_of_the_first_cause(lead: float):
+    """By their power, and not where evidence is against that cause."""
+    weighing = replace(PLAIN, foreign=0.3, moved=0.5)
+    told = {**scores(a=50.0 + lead, none=50.0), MOVED: Score(np.log(0.3), 50.0, None)}
+    fades = posterior(told, replace(weighing, fading=0.25), FREE)
+    bare = posterior(told, PLAIN, FREE)
+    odds = {"none": np.exp(lead) * PRIOR["a"] / PRIOR["none"], MOVED: np.exp(lead)}
+    none, moved = (
+        share * max(odds[name], 1.0) ** -0.25 for name, share in (("none", 0.3), (MOVED, 0.5))
+    )
+    kept = (1.0 - none) * (moved + (1.0 - moved) * bare.labels[MOVED])
+    assert fades.labels[MOVED] == pytest.approx(kept)
+    assert fades.none == pytest.approx(none + (1.0 - none) * (1.0 - moved) * bare.none)
+    assert total(fades) == pytest.approx(1.0)
 
 
 def test_what_is_doubted_is_at_most_even_and_the_rest_is_of_an_unknown_cause():

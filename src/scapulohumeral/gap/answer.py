@@ -12,6 +12,7 @@ import pandas as pd
 from scapulohumeral.gap.curve_files import (
     MISFIT,
     ControlsRow,
+    DirectionsRow,
     ErrorsRow,
     HypothesesRow,
     RobustnessRow,
@@ -24,7 +25,13 @@ from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions,
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
-from scapulohumeral.gap.judgement import Judged, hypotheses_rows, motion_is_told, robustness
+from scapulohumeral.gap.judgement import (
+    Judged,
+    directions_rows,
+    hypotheses_rows,
+    motion_is_told,
+    robustness,
+)
 from scapulohumeral.gap.output.tables import (
     amplitude_table,
     enters_table,
@@ -220,6 +227,7 @@ def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFr
             evidence.residuals, judged.fits, evidence.settings.signature_error
         ),
         "hypotheses": table_of(HypothesesRow, hypotheses_rows(judged)),
+        "directions": table_of(DirectionsRow, directions_rows(judged)),
         "errors": table_of(ErrorsRow, _errors(evidence, judged)),
     }
 
@@ -232,7 +240,7 @@ def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
         ErrorsRow(error="other_movement_deg", value=best.moved_deg),
         ErrorsRow(error="session_share", value=evidence.session_share),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
-        ErrorsRow(error=MISFIT, value=judged.misfit),
+        ErrorsRow(error=MISFIT, value=judged.circumstances.misfit),
     ]
 
 

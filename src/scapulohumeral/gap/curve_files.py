@@ -150,6 +150,14 @@ class HypothesesRow(NamedTuple):
     useless: float
 
 
+class DirectionsRow(NamedTuple):
+    """A principal direction of a cause's parameters: see `isolation.hypothesis.Direction`."""
+
+    label: str
+    told: float
+    asked: float
+
+
 # Rows of each table; `phase_percent` runs from 0 to 100 over the movement.
 ROWS: dict[str, type[NamedTuple]] = {
     "shows": ShowsRow,
@@ -164,6 +172,7 @@ ROWS: dict[str, type[NamedTuple]] = {
     "errors": ErrorsRow,
     "baselines": BaselinesRow,
     "hypotheses": HypothesesRow,
+    "directions": DirectionsRow,
 }
 TABLES: dict[str, tuple[str, ...]] = {name: row._fields for name, row in ROWS.items()}
 

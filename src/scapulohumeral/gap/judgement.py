@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.curve_files import HypothesesRow, RobustnessRow
+from scapulohumeral.gap.curve_files import DirectionsRow, HypothesesRow, RobustnessRow
 from scapulohumeral.gap.detection.presence import Presence
 from scapulohumeral.gap.explained import Explained, explain
-from scapulohumeral.gap.isolation.empirical_bayes import Evidence
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence, others_of
 from scapulohumeral.gap.isolation.held_out import log_predictive, log_predictive_of_others
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence, task_agreement
+from scapulohumeral.gap.isolation.laplace import fit, task_agreement
 from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
@@ -72,7 +72,7 @@ class Judged:
     explained : how far the best shrinks the gap; None without a gap
     undecided : why no cause is named; empty if one is
     temperature : by which all evidence was divided on the whole
-    misfit : how many times as much as assumed the best explanation leaves, in mean square
+    circumstances : of the case
     """
 
     fits: Sequence[Fit]
@@ -87,7 +87,7 @@ class Judged:
     explained: Explained | None
     undecided: str
     temperature: float
-    misfit: float
+    circumstances: Circumstances
 
 
 def judge(
@@ -136,7 +136,7 @@ def judge(
         explained=explained,
         undecided=undecided,
         temperature=weighing.temperature,
-        misfit=excess,
+        circumstances=case,
     )
 
 
@@ -157,8 +157,11 @@ def _scores(
     }
     logs = {**{f.label: f.log_evidence for f in fits}, **others}
     vain = {f.label: in_vain(f, evidence.residuals[f.moved_deg]) for f in fits}
+    ways = {f.label: f.directions for f in found.integrated}
     scores = {
-        label: Score(float(np.log(prior[label])), log, None, vain.get(label, 0.0))
+        label: Score(
+            float(np.log(prior[label])), log, None, vain.get(label, 0.0), ways.get(label, ())
+        )
         for label, log in logs.items()
     }
     if len(evidence.residual.tasks) < 2:
@@ -281,10 +284,20 @@ def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:
     ]
 
 
+def directions_rows(judged: Judged) -> list[DirectionsRow]:
+    """What data tell of the parameters of each label, for whoever calibrates them."""
+    return [
+        DirectionsRow(label, *direction)
+        for label, score in judged.scores.items()
+        for direction in score.directions
+    ]
+
+
 def robustness(evidence: Evidence, judged: Judged) -> tuple[Robustness, list[RobustnessRow]]:
     """Whether the winning family stays, with other errors and without single tasks.
 
-    Every effect is fitted anew where it was linearised last, which costs no solve.
+    Every effect is fitted anew where it was linearised last, which costs no solve, and all of them
+    are judged again as they were.
     """
     error = evidence.settings.signature_error
     base = evidence.residuals
@@ -299,32 +312,37 @@ def robustness(evidence: Evidence, judged: Judged) -> tuple[Robustness, list[Rob
     alone = [f for f in judged.fits if len(f.hypothesis.effects) == 1]
     rivals = sorted(alone, key=lambda f: -judged.p.labels[f.label])[:COMPARED_VARIANTS]
     family = [(e.side, e.family) for e in judged.best.hypothesis.effects]
+    effects = {f.label: f.hypothesis.effects[0] for f in alone}
+    weighing = evidence.settings.weighing
     rows = []
     for name, (variant, relative) in cells.items():
-        winner = max(rivals, key=lambda f: _again(f, evidence, judged, variant, relative))
-        [effect] = winner.hypothesis.effects
-        agrees = (effect.side, effect.family) in family
-        rows.append(RobustnessRow(cell=name, verdict=effect.label, agrees=agrees))
+        scores = _again(rivals, evidence, judged, variant, relative)
+        winner = posterior.probabilities(scores, weighing, judged.circumstances).first
+        agrees = (effects[winner].side, effects[winner].family) in family
+        rows.append(RobustnessRow(cell=name, verdict=winner, agrees=agrees))
     return Robustness(len(rows), sum(row.agrees for row in rows)), rows
 
 
 def _again(
-    first: Fit,
+    rivals: Sequence[Fit],
     evidence: Evidence,
     judged: Judged,
     variant: Mapping[float, Residual],
     relative: float,
-) -> float:
-    """Log evidence and prior of an effect in a variant, under its most probable supposition.
+) -> dict[str, Score]:
+    """What is known of some effects, and of no effect, in a variant.
 
-    What other suppositions add is taken from the fit to everything.
+    Each is taken under its most probable supposition; what other suppositions add is taken from
+    the fit to everything.
     """
-    prior = judged.scores[first.label].log_prior
-    c, whole = variant[first.moved_deg], evidence.residuals[first.moved_deg]
-    if first.label == MOVED:
-        return prior + first.log_evidence - no_gap_evidence(whole) + no_gap_evidence(c)
-    rows = whole.rows(c.tasks)
-    error = evidence.settings.signature_error
-    alone = fit(first.hypothesis, whole, error).log_evidence
-    again = fit(first.hypothesis.part(rows), c, relative).log_evidence
-    return prior + first.log_evidence - alone + again
+    rows = evidence.residual.rows(variant[0.0].tasks)
+    columns, error = evidence.unknown_inputs.columns, evidence.settings.signature_error
+    before, after = evidence.others(), others_of(variant, columns[rows])
+    gained = {label: after[label] - before[label] for label in after}
+    for first in rivals:
+        if first.label != MOVED:
+            c, whole = variant[first.moved_deg], evidence.residuals[first.moved_deg]
+            alone = fit(first.hypothesis, whole, error).log_evidence
+            again = fit(first.hypothesis.part(rows), c, relative).log_evidence
+            gained[first.label] = again - alone
+    return {label: judged.scores[label].with_more(log) for label, log in gained.items()}

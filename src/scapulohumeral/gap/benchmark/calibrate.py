@@ -23,6 +23,7 @@ from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families,
 from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import MISFIT, read_table
+from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
 from scapulohumeral.gap.verdict.posterior import (
     Circumstances,
@@ -108,6 +109,10 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
     answer = case.verdict_or_abstained
     assert answer is not None
     table = read_table(case.answer_folder, "hypotheses")
+    directions = read_table(case.answer_folder, "directions").groupby("label")
+    ways = {
+        str(label): tuple(map(Direction, rows["told"], rows["asked"])) for label, rows in directions
+    }
     errors = read_table(case.answer_folder, "errors").set_index("error")["value"]
     scores = {
         str(row["label"]): Score(
@@ -115,6 +120,7 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
             row["log_evidence"],
             None if np.isnan(row["log_predictive"]) else row["log_predictive"],
             row["useless"],
+            ways.get(str(row["label"]), ()),
         )
         for row in table.to_dict("records")
     }

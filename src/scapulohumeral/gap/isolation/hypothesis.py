@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.model_error import SignatureError, own_error, sum_error
 from scapulohumeral.gap.labels import JOIN
 from scapulohumeral.gap.residual.residual import Residual
+
+# Data tell at least so many times as much as the prior: less is rounding.
+LEAST_TOLD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,17 @@ class Hypothesis:
         return replace(self, value=self.value[rows], slope=self.slope[rows])
 
 
+class Direction(NamedTuple):
+    """A direction of the parameters of a cause.
+
+    `told`: how many times as much data tell of it as its prior [1]; `asked`: how many prior spreads
+    from zero they ask for.
+    """
+
+    told: float
+    asked: float
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """A hypothesis fitted to a difference.
@@ -134,6 +149,16 @@ class Fit:
     def predicted(self) -> np.ndarray:
         """Change (D,) that the fit predicts."""
         return self.hypothesis.predict(self.x)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """Principal directions of the parameters, in units of prior spreads."""
+        sd = self.hypothesis.prior_sd
+        curvature, axes = np.linalg.eigh(np.outer(sd, sd) * np.linalg.inv(self.covariance))
+        told = np.maximum(curvature - 1.0, LEAST_TOLD)
+        # The prior pulls what the data ask for toward zero.
+        asked = (1.0 + told) / told * (axes.T @ (self.x / sd))
+        return tuple(map(Direction, told.tolist(), np.abs(asked).tolist()))
 
     def with_evidence(self, log_evidence: float) -> Fit:
         """The same with other log evidence."""

@@ -5,12 +5,13 @@ Probabilities hold if the cause is in the library, and as far as their weights a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp, softmax
 
+from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE
 from scapulohumeral.gap.weighing import Weighing
 
@@ -33,18 +34,46 @@ class Score:
     log_evidence : of the whole difference
     log_predictive : of each task given the others; None with one task
     useless : how much it predicts in vain, from 0 to 1 and beyond: see `judgement.in_vain`
+    directions : of its parameters, as the whole difference tells them
     """
 
     log_prior: float
     log_evidence: float
     log_predictive: float | None
     useless: float = 0.0
+    directions: tuple[Direction, ...] = ()
 
     def log_weight(self, weighing: Weighing) -> float:
-        """Log probability up to a constant."""
-        held_out = self.log_evidence if self.log_predictive is None else self.log_predictive
-        of_data = weighing.evidence * self.log_evidence + weighing.held_out * held_out
-        return self.log_prior + of_data - weighing.useless * self.useless
+        """Log probability up to a constant.
+
+        Evidence of some weight is that of data with as much larger noise: it narrows parameters
+        less, but each of them costs what it then costs, not its share of what it cost before.
+        """
+        best = self.log_evidence - _cost(self.directions, 1.0)
+        held_out = best if self.log_predictive is None else self.log_predictive
+        of_data = weighing.evidence * best + weighing.held_out * held_out
+        cost = _cost(self.directions, weighing.evidence + weighing.held_out)
+        return self.log_prior + of_data + cost - weighing.useless * self.useless
+
+    def with_more(self, log_evidence: float) -> Score:
+        """The same with so much more log evidence, on tasks left out as on all of them."""
+        predictive = None if self.log_predictive is None else self.log_predictive + log_evidence
+        return replace(
+            self, log_evidence=self.log_evidence + log_evidence, log_predictive=predictive
+        )
+
+
+def _cost(directions: Sequence[Direction], weight: float) -> float:
+    """What parameters take off the log density of the best ones: zero or less.
+
+    The log density of data of some weight, integrated over priors, less that of what the data ask
+    for: the volume of the prior that is left, and how far from its middle that is.
+    """
+    if not directions:
+        return 0.0
+    told, asked = np.array(directions).T
+    told = weight * told
+    return -0.5 * float(np.sum(np.log1p(told) + asked**2 * told / (1.0 + told)))
 
 
 @dataclass(frozen=True)

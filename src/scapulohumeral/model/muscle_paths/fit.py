@@ -35,6 +35,10 @@ from scapulohumeral.model.rotations import Array
 DEGREE_BY_VARIABLES = {1: 6, 3: 6, 4: 5, 6: 6, 7: 4, 9: 5, 10: 3}
 # Muscles that cross exactly these joints are fitted by their squared length.
 SQUARED_JOINTS = ("SC", "AC")
+# Terms of a pull per pose that it is fitted to. Unlike lengths, pulls have no derivatives beside
+# them: with as many terms as poses a fit runs through all of them. A seventh of 308 poses of one
+# arm was left out: pulls of 12 muscles were off by 0.017 with 0.65 to 1.0, 0.015 with 0.2 to 0.5.
+MOST_TERMS = 0.75
 # Leaving out jumps and fitting again settles after two or three rounds.
 MAX_ROUNDS = 5
 
@@ -321,14 +325,16 @@ def fit_directions(values: Array, target: Array, settings: FitSettings) -> Array
     """Coefficients (n, T) of T functions (P, T) in terms whose order is given, values (P, n).
 
     Each takes as many of the first terms as it needs to reach ``direction_target``: with
-    orthogonalised terms the remaining error is known for every number of terms.
+    orthogonalised terms the remaining error is known for every number of terms. Terms beyond
+    :data:`MOST_TERMS` of the poses are left at zero.
     """
-    q, r = np.linalg.qr(values)
+    most = min(values.shape[1], int(MOST_TERMS * len(values)))
+    q, r = np.linalg.qr(values[:, :most])
     projections = q.T @ target
     squares = np.sum(target**2, axis=0) - np.cumsum(projections**2, axis=0)
     reached = squares <= len(values) * settings.direction_target**2
-    counts = np.where(reached.any(axis=0), np.argmax(reached, axis=0) + 1, values.shape[1])
-    coefficients = np.zeros_like(projections)
+    counts = np.where(reached.any(axis=0), np.argmax(reached, axis=0) + 1, most)
+    coefficients = np.zeros((values.shape[1], target.shape[1]))
     for column, count in enumerate(counts):
         coefficients[:count, column] = solve_triangular(
             r[:count, :count], projections[:count, column]

@@ -1,6 +1,7 @@
 """Evidence and amplitudes on made-up signatures, where the answer is known."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,10 +36,12 @@ from scapulohumeral.gap.result import Candidate, Entered
 from scapulohumeral.gap.verdict.baselines import baseline_labels
 from scapulohumeral.gap.verdict.candidates import amplitudes, hint
 from scapulohumeral.gap.verdict.isolability import distance, next_trial, separability
-from scapulohumeral.gap.verdict.posterior import Posterior
+from scapulohumeral.gap.verdict.posterior import Posterior, Score
+from scapulohumeral.gap.weighing import read_weighing
 
 pytestmark = pytest.mark.unit
 
+CALIBRATION = Path("config/gap/calibration.json")
 SHARES = {"a": 0.4, "b": 0.6, "c": 0.7}
 
 
@@ -86,6 +89,24 @@ def test_evidence_of_an_effect_is_the_density_integrated_over_its_prior(loud):
     assert h.bounds[0][0] == 0.0
     expected = density.logpdf(there.delta) + np.log(2.0)
     assert fit(h, there, 0.0).log_evidence == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.2])
+def test_evidence_of_some_weight_is_that_of_noise_as_much_larger(loud, weight):
+    """Between causes of one and of two parameters, whose evidence has to tell them apart."""
+    first, second = hypothesis(DAMPING, 1, size=3.0), hypothesis(MASS, 2, size=3.0)
+    delta = loud.delta + first.slope @ [1.2] + second.slope @ [0.2]
+    there = replace(loud, delta=delta)
+    weighing = replace(read_weighing(CALIBRATION), evidence=weight, held_out=0.0)
+    found, exact = [], []
+    for h in (first, pair(*(fit(one, there, 0.0) for one in (first, second)))):
+        one = fit(h, there, 0.0)
+        score = Score(0.0, one.log_evidence, None, directions=one.directions)
+        found.append(score.log_weight(weighing))
+        slope = h.slope * h.prior_sd
+        covariance = there.covariance / weight + slope @ slope.T
+        exact.append(multivariate_normal(np.zeros(SIZE), covariance).logpdf(delta))
+    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0])
 
 
 def test_evidence_knows_the_error_of_a_prediction(loud):

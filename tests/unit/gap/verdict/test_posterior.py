@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.verdict.posterior import (
     COVERAGE,
@@ -73,6 +74,22 @@ def test_evidence_counts_by_its_weight(weight):
     found = posterior(scores(a=7.0, b=2.0), replace(PLAIN, evidence=weight), FREE)
     odds = np.log(found.labels["a"] / found.labels["b"])
     assert odds == pytest.approx(np.log(0.3 / 0.4) + weight * 5.0)
+
+
+def test_parameters_cost_as_much_as_evidence_of_some_weight_narrows_them():
+    """With full weight they have been paid for; with a quarter four times the noise is left."""
+    ways = (Direction(8.0, 1.0), Direction(3.0, 0.0))
+    free, costly = Score(0.0, 5.0, None), Score(0.0, 5.0, None, directions=ways)
+    assert costly.log_weight(PLAIN) == pytest.approx(free.log_weight(PLAIN))
+    quarter = replace(PLAIN, evidence=0.25)
+    paid = 0.5 * (np.log((1.0 + 8.0) * (1.0 + 3.0)) + 8.0 / 9.0)
+    asked = 0.5 * (np.log((1.0 + 2.0) * (1.0 + 0.75)) + 2.0 / 3.0)
+    assert costly.log_weight(quarter) == pytest.approx(0.25 * (5.0 + paid) - asked)
+
+
+def test_more_evidence_counts_on_all_tasks_and_on_those_left_out():
+    assert Score(0.0, 5.0, 2.0).with_more(1.5) == Score(0.0, 6.5, 3.5)
+    assert Score(0.0, 5.0, None).with_more(1.5) == Score(0.0, 6.5, None)
 
 
 def test_tasks_that_were_left_out_count_by_a_weight_of_their_own():

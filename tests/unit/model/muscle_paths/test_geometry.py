@@ -240,6 +240,16 @@ def test_samples_that_mostly_jump_are_refused():
         muscle_fit.fit_geometry(WRAPPED, samples, FitSettings())
 
 
+def test_directions_take_fewer_terms_than_there_are_poses():
+    rng = np.random.default_rng(3)
+    values, target = rng.normal(size=(40, 60)), rng.normal(size=(40, 2))
+    coefficients = muscle_fit.fit_directions(values, target, FitSettings())
+    assert coefficients.shape == (60, 2)
+    np.testing.assert_array_equal(coefficients[30:], 0.0)
+    least, *_ = np.linalg.lstsq(values[:, :30], target, rcond=None)
+    np.testing.assert_allclose(coefficients[:30], least, atol=1e-9)
+
+
 def test_directions_take_the_first_terms_they_need():
     rng = np.random.default_rng(8)
     values = rng.normal(size=(200, 6))

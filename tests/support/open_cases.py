@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scapulohumeral.gap.benchmark.calibrate import OpenCase
+from scapulohumeral.gap.benchmark.opened import OpenCase
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.verdict.posterior import Circumstances, Score
 from scapulohumeral.gap.weighing import Weighing
@@ -27,4 +27,4 @@ def open_case(
         NO_GAP: Score(np.log(0.1), -40.0, -40.0),
     }
     about = Circumstances(present, referenced=True, told=True, p_value=p_value, misfit=1.0)
-    return OpenCase(draw, right, about, scores)
+    return OpenCase(draw, "a1", right, about, scores)

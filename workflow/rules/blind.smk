@@ -196,13 +196,15 @@ rule score_blind_answers:
         " --out {output.scores} --jobs {threads} > {log.python} 2>&1"
 
 
-# Fit the weights of evidence to the open cases, and tell what each stage of the diagnosis adds. Copy
-# the former to config/gap/calibration.json to use them.
+# Fit the weights of evidence to the open cases, beside those opened before, and tell what each stage
+# of the diagnosis adds. Copy the former to config/gap/calibration.json to use them, and keep what
+# they were fitted to: `scapulohumeral gap calibrate results/gap/open/draws.yaml --keep`.
 rule calibrate_evidence:
     input:
         cases="results/gap/open/cases",
         published="results/gap/open/published.json",
         answered="results/gap/open/answered",
+        opened=expand("config/gap/opened/{table}.csv", table=["cases", "hypotheses"]),
     output:
         draws="results/gap/open/draws.yaml",
         weights="results/gap/open/calibration.json",
@@ -213,6 +215,7 @@ rule calibrate_evidence:
         "results/benchmarks/calibrate_evidence.jsonl"
     params:
         vault=os.path.expanduser(BLIND.keys),
+        seed=BLIND.open_seed,
     threads: 1
     resources:
         mem_mb=3000,
@@ -221,7 +224,7 @@ rule calibrate_evidence:
         "Open cases: fit the weights of evidence"
     shell:
         "keys=$(ls -d {params.vault}/open-* | tail -n 1)"
-        ' && echo "open: {{cases: {input.cases}, published: {input.published},'
+        ' && echo "open_{params.seed}: {{cases: {input.cases}, published: {input.published},'
         ' answers: results/gap/open/answers, keys: $keys}}" > {output.draws}'
         " && (python -m scapulohumeral.gap.cli gap calibrate {output.draws} --out {output.weights}"
         " && python -m scapulohumeral.gap.cli gap ablation {output.draws} --out {output.ablation})"

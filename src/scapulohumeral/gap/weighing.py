@@ -12,6 +12,8 @@ from pathlib import Path
 from scapulohumeral.errors import ConfigError
 
 SCHEMA = "gap-calibration/3"
+# Weights of the file, and those that were in use before them.
+WEIGHTS, BEFORE = "weights", "before"
 # More units of log probability than this decide no more than it does.
 MOST_USELESS = 1000.0
 
@@ -67,8 +69,8 @@ class Weighing:
         return 1.0 / (self.evidence + self.held_out)
 
 
-def read_weighing(path: Path) -> Weighing:
-    """Weights of a file that ``gap calibrate`` has written.
+def read_weighing(path: Path, which: str = WEIGHTS) -> Weighing:
+    """Weights of a file that ``gap calibrate`` has written, or those before them.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def read_weighing(path: Path) -> Weighing:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["schema"] != SCHEMA:
             raise ValueError(f"schema {document['schema']}, expected {SCHEMA}")
-        return Weighing(**{f.name: float(document["weights"][f.name]) for f in fields(Weighing)})
+        return Weighing(**{f.name: float(document[which][f.name]) for f in fields(Weighing)})
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ConfigError(
             f"{path}: {error}; expected weights as `scapulohumeral gap calibrate` writes them. "

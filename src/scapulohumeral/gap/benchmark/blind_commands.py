@@ -17,6 +17,9 @@ OPTIONS = {
     "--out": "score card, scores.json",
 }
 
+DRAWS_HELP = "YAML: name -> cases, published, answers, keys"
+DRAWS_EPILOG = "DRAWS holds {second: {cases: DIR, published: FILE, answers: DIR, keys: DIR}}"
+
 
 def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache: Path) -> None:
     """Add ``blind`` to the commands of ``gap``, with the default configuration and cache."""
@@ -75,49 +78,51 @@ def add_calibrate_command(
     commands: argparse._SubParsersAction, config: Path, settings: Path
 ) -> None:
     """Add ``calibrate`` and ``ablation`` to the commands of ``gap``, with default configuration."""
-    for name, text, run in (
-        (
-            "calibrate",
-            "fit how evidence becomes probability to draws whose keys are open",
-            _calibrate,
-        ),
-        (
-            "ablation",
-            "what each stage of the diagnosis adds, on draws whose keys are open",
-            _ablation,
-        ),
-    ):
-        command = commands.add_parser(
-            name,
-            help=text,
-            epilog="DRAWS holds {second: {cases: DIR, published: FILE, answers: DIR, keys: DIR}}",
-        )
-        command.add_argument(
-            "draws",
-            type=Path,
-            metavar="DRAWS",
-            help="YAML: name -> cases, published, answers, keys",
-        )
+    calibrate = commands.add_parser(
+        "calibrate",
+        help="fit how evidence becomes probability to draws whose keys are open",
+        epilog=DRAWS_EPILOG,
+    )
+    add = calibrate.add_argument
+    add("draws", type=Path, nargs="?", metavar="DRAWS", help=f"{DRAWS_HELP}; beside --opened")
+    add(
+        "--opened",
+        type=Path,
+        default=config.parent / "gap/opened",
+        metavar="DIR",
+        help="tables of draws that were opened earlier, which are fitted to as well",
+    )
+    add("--keep", action="store_true", help="add DRAWS to the tables of --opened")
+    add("--out", type=Path, metavar="FILE", help="default: the file that the settings name")
+    ablation = commands.add_parser(
+        "ablation",
+        help="what each stage of the diagnosis adds, on draws whose keys are open",
+        epilog=DRAWS_EPILOG,
+    )
+    ablation.add_argument("draws", type=Path, metavar="DRAWS", help=DRAWS_HELP)
+    ablation.add_argument("--out", type=Path, metavar="FILE", required=True)
+    for command, run in ((calibrate, _calibrate), (ablation, _ablation)):
         command.add_argument("--config", type=Path, default=config, metavar="FILE")
         command.add_argument("--settings", type=Path, default=settings, metavar="FILE")
-        command.add_argument(
-            "--out",
-            type=Path,
-            metavar="FILE",
-            required=run is _ablation,
-            help="default of calibrate: the file that the settings name",
-        )
         command.set_defaults(run=run)
 
 
 def _calibrate(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.benchmark.calibrate import calibrate
+    from scapulohumeral.gap.benchmark.calibrate import calibrate, weights_before
+    from scapulohumeral.gap.benchmark.opened import read_open_cases, read_opened, write_opened
     from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
     from scapulohumeral.provenance import CONFIG_FOLDER
 
     settings = read_settings(read_diagnosis_config(options.config, options.settings))
-    out = options.out or CONFIG_FOLDER / settings.calibration
-    print(calibrate(_draws(options.draws), settings.weighing, out))
+    fresh = read_open_cases(_draws(options.draws)) if options.draws else []
+    names = {case.draw for case in fresh}
+    earlier = read_opened(options.opened) if options.opened.is_dir() else []
+    cases = [*(case for case in earlier if case.draw not in names), *fresh]
+    if options.keep:
+        write_opened(cases, options.opened, settings.weighing)
+    in_use = CONFIG_FOLDER / settings.calibration
+    start = weights_before(in_use, cases, settings.weighing)
+    print(calibrate(cases, start, options.out or in_use))
     return 0
 
 

@@ -9,8 +9,8 @@ one draw at a time, or one fifth of the cases of a single draw.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,21 +18,11 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 
-from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
-from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
-from scapulohumeral.gap.benchmark.scored_case import ScoredCase
-from scapulohumeral.gap.curve_files import MISFIT, read_table
-from scapulohumeral.gap.isolation.hypothesis import Direction
-from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
-from scapulohumeral.gap.verdict.posterior import (
-    Circumstances,
-    Posterior,
-    Score,
-    no_gap_range,
-    probabilities,
-)
-from scapulohumeral.gap.weighing import SCHEMA, Weighing
+from scapulohumeral.gap.benchmark.opened import OpenCase
+from scapulohumeral.gap.labels import NO_GAP, NONE, family
+from scapulohumeral.gap.verdict.posterior import no_gap_range
+from scapulohumeral.gap.weighing import BEFORE, SCHEMA, WEIGHTS, Weighing, read_weighing
 
 # Fitted to answers with a gap.
 FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved", "fading")
@@ -47,98 +37,6 @@ BINS = 5
 FLOOR = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class OpenCase:
-    """An answered case whose truth is known.
-
-    Attributes
-    ----------
-    draw : that it belongs to
-    right : labels that each are a right answer, as `ScoredCase.right` has them
-    about : circumstances of the answer
-    scores : by label
-    """
-
-    draw: str
-    right: tuple[str, ...]
-    about: Circumstances
-    scores: Mapping[str, Score]
-
-    def probabilities(self, weighing: Weighing) -> Posterior:
-        """Probabilities of all labels with some weights."""
-        return probabilities(self.scores, weighing, self.about)
-
-    def p_truth(self, weighing: Weighing) -> float:
-        """Probability of what is right."""
-        found = self.probabilities(weighing)
-        every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
-        return sum(p for label, p in every.items() if any(matches(label, r) for r in self.right))
-
-
-def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
-    """Cases of opened draws.
-
-    Parameters
-    ----------
-    draws : name -> folders `cases`, `answers`, `keys` and the file `published`
-
-    Raises
-    ------
-    DataError                        a file is missing or does not fit its hash, or no case counts
-    """
-    return [
-        open_case(name, case)
-        for name, case in read_scored_cases(draws)
-        if case.verdict_or_abstained is not None and case.status != "pair"
-    ]
-
-
-def read_scored_cases(draws: Mapping[str, Mapping[str, str]]) -> list[tuple[str, ScoredCase]]:
-    """All cases of opened draws with the name of their draw, see :func:`read_open_cases`."""
-    found = []
-    for name, places in draws.items():
-        files = BlindFiles(*(Path(places[key]) for key in ("cases", "published", "answers")))
-        found += [(name, case) for case in opened_cases(files, Path(places["keys"]))]
-    if all(case.verdict_or_abstained is None for _, case in found):
-        raise DataError(f"{', '.join(draws)}: no answered case; answer and score a draw first.")
-    return found
-
-
-def open_case(draw: str, case: ScoredCase) -> OpenCase:
-    """A case as it is calibrated with; its answer must not have failed."""
-    answer = case.verdict_or_abstained
-    assert answer is not None
-    table = read_table(case.answer_folder, "hypotheses")
-    directions = read_table(case.answer_folder, "directions").groupby("label")
-    ways = {
-        str(label): tuple(map(Direction, rows["told"], rows["asked"])) for label, rows in directions
-    }
-    errors = read_table(case.answer_folder, "errors").set_index("error")["value"]
-    scores = {
-        str(row["label"]): Score(
-            row["log_prior"],
-            row["log_evidence"],
-            None if np.isnan(row["log_predictive"]) else row["log_predictive"],
-            row["useless"],
-            ways.get(str(row["label"]), ()),
-        )
-        for row in table.to_dict("records")
-    }
-    channels = answer["inputs"]["channels"]
-    return OpenCase(
-        draw=draw,
-        right=case.right,
-        about=Circumstances(
-            present=bool(answer["gap"]["present"]),
-            referenced=answer["mode"] == "reference",
-            told=bool(channels["emg"] or channels["contact_force"]),
-            p_value=float(answer["gap"]["p_value"]),
-            misfit=float(errors[MISFIT]),
-        ),
-        scores=scores,
-    )
-
-
 def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
     """Weights that give what is right the largest probability, given those in use.
 
@@ -147,16 +45,20 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
     gaps = [case for case in cases if case.about.present]
     found = start
     if gaps:
-        first = _log_odds(start, FITTED)
 
-        def loss(x: np.ndarray) -> float:
-            of_cases = log_score(gaps, _with_odds(start, FITTED, x))
-            return _departure(x, first) / len(gaps) - of_cases
+        def of_odds(x: np.ndarray) -> float:
+            return loss(gaps, _with_odds(start, FITTED, x), start)
 
         options: Any = {"maxiter": 1500, "xatol": 0.02, "fatol": 1e-4}
-        solved = minimize(loss, first, method="Nelder-Mead", options=options)
+        solved = minimize(of_odds, _log_odds(start, FITTED), method="Nelder-Mead", options=options)
         found = _with_odds(start, FITTED, solved.x)
     return _with_silences(found, cases)
+
+
+def loss(gaps: Sequence[OpenCase], weighing: Weighing, start: Weighing) -> float:
+    """Negative log posterior of weights, per answer with a gap, given those in use."""
+    departure = _departure(_log_odds(weighing, FITTED), _log_odds(start, FITTED))
+    return departure / len(gaps) - log_score(gaps, weighing)
 
 
 def _log_odds(weighing: Weighing, names: Sequence[str]) -> np.ndarray:
@@ -224,23 +126,40 @@ def first_families(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[tuple[fl
     return pairs
 
 
-def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path) -> Weighing:
+def weights_before(path: Path, cases: Sequence[OpenCase], start: Weighing) -> Weighing:
+    """Weights that cases have not been used for.
+
+    Those in use, or if these were fitted to some of the cases those before them: what a case says
+    must not count twice.
+
+    Parameters
+    ----------
+    path : file of the weights in use
+    cases : that are fitted to
+    start : weights in use
+    """
+    used = json.loads(path.read_text(encoding="utf-8"))["cases"]
+    seen = set(used) & {case.draw for case in cases}
+    return read_weighing(path, BEFORE) if seen else start
+
+
+def calibrate(cases: Sequence[OpenCase], start: Weighing, out: Path) -> Weighing:
     """Fit weights to opened draws and write them, with how good they are on cases left out.
 
     Parameters
     ----------
-    draws : as for :func:`read_open_cases`
-    start : weights in use, with which the new ones are compared
+    cases : of one draw or several
+    start : weights in use, see :func:`weights_before`, with which the new ones are compared
     out : file to write, see `weighing.read_weighing`
     """
-    cases = read_open_cases(draws)
     judged = left_out(cases, start)
     found = fitted(cases, start)
     bins = reliability(first_families(judged), BINS)
     scores = [np.log(max(case.p_truth(weighing), FLOOR)) for case, weighing in judged]
+    draws = list(dict.fromkeys(case.draw for case in cases))
     document = {
         "schema": SCHEMA,
-        "weights": {f.name: round(getattr(found, f.name), 4) for f in fields(Weighing)},
+        WEIGHTS: {f.name: round(getattr(found, f.name), 4) for f in fields(Weighing)},
         "cases": {name: sum(case.draw == name for case in cases) for name in draws},
         "left_out": {
             "by": "draw" if len(draws) > 1 else "fifth",
@@ -249,7 +168,7 @@ def calibrate(draws: Mapping[str, Mapping[str, str]], start: Weighing, out: Path
             "calibration_error": calibration_error(bins),
             "reliability": bins,
         },
-        "before": asdict(start),
+        BEFORE: asdict(start),
     }
     out.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     return found

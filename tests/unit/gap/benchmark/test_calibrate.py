@@ -2,17 +2,28 @@
 
 import json
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from open_cases import GAIN, START, TEAR, open_case
+from scipy.special import expit, logit
 
-from scapulohumeral.gap.benchmark import calibrate as calibration
-from scapulohumeral.gap.benchmark.calibrate import fitted, left_out, log_score
+from scapulohumeral.gap.benchmark.calibrate import (
+    FITTED,
+    calibrate,
+    fitted,
+    left_out,
+    log_score,
+    loss,
+    weights_before,
+)
+from scapulohumeral.gap.benchmark.opened import read_opened
 from scapulohumeral.gap.labels import NO_GAP, NONE
-from scapulohumeral.gap.weighing import read_weighing
+from scapulohumeral.gap.weighing import BEFORE, read_weighing
 
 pytestmark = pytest.mark.unit
+CONFIG = Path("config/gap")
 
 
 def test_evidence_that_misleads_gets_less_weight() -> None:
@@ -74,17 +85,33 @@ def test_each_case_is_judged_by_weights_that_have_not_seen_its_draw() -> None:
     assert len(left_out(cases[:4], START)) == 4
 
 
-def test_the_file_is_read_as_written(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_file_is_read_as_written(tmp_path) -> None:
     cases = [open_case(20.0) for _ in range(5)]
-    monkeypatch.setattr(calibration, "read_open_cases", lambda _: cases)
     out = tmp_path / "calibration.json"
-    found = calibration.calibrate({"one": {}}, START, out)
-    written = read_weighing(out)
-    assert asdict(written) == pytest.approx(asdict(found), abs=1e-4)
+    found = calibrate(cases, START, out)
+    assert asdict(read_weighing(out)) == pytest.approx(asdict(found), abs=1e-4)
+    assert read_weighing(out, BEFORE) == START
     document = json.loads(out.read_text())
     assert document["cases"] == {"one": 5}
     assert document["left_out"]["by"] == "fifth"
-    before = replace(START)
     assert document["left_out"]["log_score_with_weights_before"] == pytest.approx(
-        log_score(cases, before), abs=1e-4
+        log_score(cases, START), abs=1e-4
     )
+    # What these cases say is in the weights now: with them again, those before count.
+    now = replace(START, evidence=0.9)
+    assert weights_before(out, cases, now) == START
+    assert weights_before(out, [open_case(20.0, draw="two")], now) == now
+
+
+def test_weights_in_use_are_what_the_opened_draws_ask_for() -> None:
+    """Any of them half a unit of log odds away, or more, is worse."""
+    gaps = [case for case in read_opened(CONFIG / "opened") if case.about.present]
+    used = read_weighing(CONFIG / "calibration.json")
+    before = read_weighing(CONFIG / "calibration.json", BEFORE)
+    least = loss(gaps, used, before)
+    assert least < loss(gaps, before, before)
+    for name in FITTED:
+        odds = logit(getattr(used, name))
+        for step in (-0.5, 0.5):
+            other = replace(used, **{name: float(expit(odds + step))})
+            assert least < loss(gaps, other, before) + 1e-3

@@ -180,7 +180,7 @@ def read_opened(folder: Path) -> list[OpenCase]:
                 ),
                 scores={
                     str(one["label"]): _score(one, _read_directions(one["directions"]))
-                    for one in by_case.get((row["draw"], row["case"]), [])
+                    for one in by_case[row["draw"], row["case"]]
                 },
             )
             for row in cases.to_dict("records")

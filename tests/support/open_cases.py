@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scapulohumeral.gap.benchmark.opened import OpenCase
+from scapulohumeral.gap.benchmark.open_draws.open_cases import OpenCase
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.verdict.posterior import Circumstances, Score
 from scapulohumeral.gap.weighing import Weighing

@@ -108,8 +108,12 @@ def add_calibrate_command(
 
 
 def _calibrate(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.benchmark.calibrate import calibrate, weights_before
-    from scapulohumeral.gap.benchmark.opened import read_open_cases, read_opened, write_opened
+    from scapulohumeral.gap.benchmark.open_draws.calibrate import calibrate, weights_before
+    from scapulohumeral.gap.benchmark.open_draws.open_cases import (
+        read_open_cases,
+        read_opened,
+        write_opened,
+    )
     from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
     from scapulohumeral.provenance import CONFIG_FOLDER
 
@@ -127,7 +131,7 @@ def _calibrate(options: argparse.Namespace, command: str) -> int:
 
 
 def _ablation(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.benchmark.ablation import write_ablation
+    from scapulohumeral.gap.benchmark.open_draws.ablation import write_ablation
     from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
     settings = read_settings(read_diagnosis_config(options.config, options.settings))

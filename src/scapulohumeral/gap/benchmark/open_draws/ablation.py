@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from scapulohumeral.gap.benchmark.calibrate import FLOOR
 from scapulohumeral.gap.benchmark.metrics import of_families, probabilities, rate
-from scapulohumeral.gap.benchmark.opened import open_case, read_scored_cases
+from scapulohumeral.gap.benchmark.open_draws.calibrate import FLOOR
+from scapulohumeral.gap.benchmark.open_draws.open_cases import open_case, read_scored_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
 from scapulohumeral.gap.verdict.posterior import Posterior, credible_set
@@ -48,7 +48,7 @@ def write_ablation(
 
     Parameters
     ----------
-    draws : as for :func:`opened.read_open_cases`
+    draws : as for :func:`open_cases.read_open_cases`
     weighing : weights in use
     out : CSV file: right answers (family first) with Wilson interval, mean log probability of what
         is right, how often the 90 % set holds it, and its mean size; the latter three where a stage

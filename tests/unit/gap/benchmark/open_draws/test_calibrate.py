@@ -9,7 +9,7 @@ import pytest
 from open_cases import GAIN, START, TEAR, open_case
 from scipy.special import expit, logit
 
-from scapulohumeral.gap.benchmark.calibrate import (
+from scapulohumeral.gap.benchmark.open_draws.calibrate import (
     FITTED,
     calibrate,
     fitted,
@@ -18,7 +18,7 @@ from scapulohumeral.gap.benchmark.calibrate import (
     loss,
     weights_before,
 )
-from scapulohumeral.gap.benchmark.opened import read_opened
+from scapulohumeral.gap.benchmark.open_draws.open_cases import read_opened
 from scapulohumeral.gap.labels import NO_GAP, NONE
 from scapulohumeral.gap.weighing import BEFORE, read_weighing
 

@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
-from scapulohumeral.gap.benchmark.opened import OpenCase
+from scapulohumeral.gap.benchmark.open_draws.open_cases import OpenCase
 from scapulohumeral.gap.labels import NO_GAP, NONE, family
 from scapulohumeral.gap.verdict.posterior import no_gap_range
 from scapulohumeral.gap.weighing import BEFORE, SCHEMA, WEIGHTS, Weighing, read_weighing

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from open_cases import GAIN, START, TEAR, open_case
 
-from scapulohumeral.gap.benchmark import ablation
+from scapulohumeral.gap.benchmark.open_draws import ablation
 from scapulohumeral.gap.verdict.posterior import Score
 
 pytestmark = pytest.mark.unit

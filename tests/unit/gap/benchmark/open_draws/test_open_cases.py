@@ -6,7 +6,7 @@ import pytest
 from open_cases import GAIN, START, TEAR, open_case
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.benchmark.opened import (
+from scapulohumeral.gap.benchmark.open_draws.open_cases import (
     ELSEWHERE,
     PAIRS_ELSEWHERE,
     near,

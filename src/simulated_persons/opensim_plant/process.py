@@ -23,12 +23,14 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfiltfilt
 
+from scapulohumeral.errors import SolveError
 from simulated_persons.opensim_plant.body import Body, read_body
 from simulated_persons.opensim_plant.mechanics import Mechanics, coordinates_of, pose_of
 from simulated_persons.opensim_plant.sharing import outcome, share, with_tired
 from simulated_persons.opensim_plant.skeleton import Skeleton
 
 JOBS = "jobs.json"
+UNSHARED = 3
 # A frame every so many control steps: 12.5 Hz at 100 Hz, three times what envelopes keep.
 FRAME_STEPS = 8
 # ASSUME: stiffness of a shoulder with its reflexes and corrections; the slow part of a missing
@@ -45,8 +47,12 @@ class Person:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Command line."""
-    run(Path(arguments[0]))
+    """Command line; ends with :data:`UNSHARED` where a load cannot be shared out."""
+    try:
+        run(Path(arguments[0]))
+    except SolveError as error:
+        print(error, file=sys.stderr)
+        sys.exit(UNSHARED)
 
 
 def run(folder: Path) -> None:

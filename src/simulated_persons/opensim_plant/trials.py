@@ -39,6 +39,9 @@ from simulated_persons.simulation import TICK_S
 from simulated_persons.wish import humerus_of
 
 PROCESS, JOBS = "simulated_persons.opensim_plant.process", "jobs.json"
+# With what the process ends where a load cannot be shared out; it is not imported, see there.
+UNSHARED = 3
+NOT_SHARED = "a load cannot be shared out among muscles"
 # Largest root mean square of a torque that nothing gives: a quarter of a degree, over the stiffness
 # of a shoulder. Sharing itself leaves about a tenth.
 LARGEST_RESERVE_NM = 0.5
@@ -46,7 +49,10 @@ SETTLING = round(SETTLE_S / TICK_S)
 
 
 def simulated_by_opensim(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | str]:
-    """Noise-free recordings of every trial, or why a case has none: `MISSED`, `TOO_WEAK`."""
+    """Noise-free recordings of every trial, or why a case has none.
+
+    That is `MISSED`, `TOO_WEAK` or `NOT_SHARED`.
+    """
     return {plan.id: _case(study, plan) for plan in plans}
 
 
@@ -60,7 +66,10 @@ def _case(study: Study, plan: Plan) -> Recordings | str:
     model = study.models / f"{plan.participant}.osim"
     recordings: Recordings = {}
     for part in (exact, repeats):
-        for run, made in zip(part, _made(model, part, person.usual, plan), strict=True):
+        every = _made(model, part, person.usual, plan)
+        if every is None:
+            return NOT_SHARED
+        for run, made in zip(part, every, strict=True):
             failure = _failure(run, made)
             if failure:
                 return failure
@@ -70,8 +79,11 @@ def _case(study: Study, plan: Plan) -> Recordings | str:
 
 def _made(
     model: Path, runs: Sequence[Run], usual: OpenSimArm, plan: Plan
-) -> list[Mapping[str, np.ndarray]]:
-    """What each run becomes. The settling before a recording is left out: nothing moves there."""
+) -> list[Mapping[str, np.ndarray]] | None:
+    """What each run becomes; None if the load of one cannot be shared out.
+
+    The settling before a recording is left out: nothing moves there.
+    """
     bodies = [usual.body]
     for run in runs:
         if not any(run.arm.body is body for body in bodies):
@@ -94,20 +106,23 @@ def _made(
             "trials": trials,
         }
         (folder / JOBS).write_text(json.dumps(jobs), encoding="utf-8")
-        _run_opensim(folder)
+        if not _shared_out(folder):
+            return None
         return [dict(np.load(folder / f"made_{number}.npz")) for number in range(len(runs))]
 
 
-def _run_opensim(folder: Path) -> None:
+def _shared_out(folder: Path) -> bool:
+    """Run the process on a folder; False where a load cannot be shared out among muscles."""
     done = subprocess.run(
         [sys.executable, "-m", PROCESS, str(folder)], capture_output=True, text=True, check=False
     )
-    if done.returncode != 0:
+    if done.returncode not in (0, UNSHARED):
         message = done.stderr.strip().rpartition("\n")[2]
         raise SolveError(
-            f"{PROCESS} ended with {done.returncode}: {message or 'no message'}. Run "
+            f"{PROCESS} ended with {done.returncode}: {message or 'no message'} Run "
             "`python -c 'import opensim'` to see whether opensim works here."
         )
+    return done.returncode == 0
 
 
 def _failure(run: Run, made: Mapping[str, np.ndarray]) -> str:

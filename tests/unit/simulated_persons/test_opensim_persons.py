@@ -1,14 +1,18 @@
 """Persons of the second plant as they are drawn, and how a load is shared, without OpenSim."""
 
+from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
+from scapulohumeral.errors import SolveError
 from simulated_persons.drawing import attempts
 from simulated_persons.drawing.trials import MISSED
 from simulated_persons.observation import CHANNELS, perfect_measurement
+from simulated_persons.opensim_plant import trials
 from simulated_persons.opensim_plant.arm import OpenSimArm
 from simulated_persons.opensim_plant.body import JOINTS, SEGMENTS, Body, read_body, write_body
 from simulated_persons.opensim_plant.effects import ACTIONS, affected
@@ -82,6 +86,30 @@ def test_each_case_is_simulated_by_its_plant(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(attempts, "simulated_by_opensim", by("opensim"))
     assert set(attempts._simulated(SimpleNamespace(), plans)) == {plan.id for plan in plans}
     assert asked == {"own": [OWN], "opensim": [OPENSIM]}
+
+
+@pytest.mark.parametrize("code", [0, trials.UNSHARED, 1])
+def test_a_load_that_cannot_be_shared_out_is_no_failure_of_opensim(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, code: int
+) -> None:
+    ended = SimpleNamespace(returncode=code, stderr="a row is missed")
+    monkeypatch.setattr(trials.subprocess, "run", lambda *_, **__: ended)
+    if code == 1:
+        with pytest.raises(SolveError, match="ended with 1: a row is missed"):
+            trials._shared_out(tmp_path)
+    else:
+        assert trials._shared_out(tmp_path) is (code == 0)
+
+
+def test_a_person_whose_load_cannot_be_shared_out_is_drawn_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(4, 1, ("par1",), "null", OPENSIM)
+    for name in ("draw_case", "recorded_ways", "trial_runs"):
+        monkeypatch.setattr(trials, name, lambda *_: MagicMock())
+    monkeypatch.setattr(trials, "_made", lambda *_: None)
+    study = MagicMock()
+    assert trials.simulated_by_opensim(study, [plan]) == {plan.id: trials.NOT_SHARED}
 
 
 def test_sharing_is_the_least_effort_that_a_general_solver_finds() -> None:

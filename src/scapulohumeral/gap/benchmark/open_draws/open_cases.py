@@ -199,7 +199,8 @@ def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
     """
     counting = heard(weighing, case.about)
     logs = {label: score.log_weight(counting) for label, score in case.scores.items()}
-    first = max(log for label, log in logs.items() if label != NO_GAP)
+    together = (ELSEWHERE, PAIRS_ELSEWHERE)
+    first = max(log for label, log in logs.items() if label not in (NO_GAP, *together))
     least = first - FAR if case.about.present else np.inf
     kept: dict[str, Score] = {}
     rest: dict[str, list[str]] = {}
@@ -207,7 +208,7 @@ def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
         answer = label in (NONE, NO_GAP, MOVED) or any(
             matches(label, right) for right in case.right
         )
-        if answer or logs[label] > least:
+        if answer or (logs[label] > least and label not in together):
             kept[label] = score
         else:
             rest.setdefault(PAIRS_ELSEWHERE if JOIN in label else ELSEWHERE, []).append(label)

@@ -103,9 +103,12 @@ def test_the_file_is_read_as_written(tmp_path) -> None:
     assert weights_before(out, [open_case(20.0, draw="two")], now) == now
 
 
-def test_weights_in_use_are_what_the_opened_draws_ask_for() -> None:
+def test_weights_in_use_are_what_their_draws_ask_for() -> None:
     """Any of them half a unit of log odds away, or more, is worse."""
-    gaps = [case for case in read_opened(CONFIG / "opened") if case.about.present]
+    draws = json.loads((CONFIG / "calibration.json").read_text(encoding="utf-8"))["cases"]
+    cases = [case for case in read_opened(CONFIG / "opened") if case.draw in draws]
+    assert {draw: sum(case.draw == draw for case in cases) for draw in draws} == draws
+    gaps = [case for case in cases if case.about.present]
     used = read_weighing(CONFIG / "calibration.json")
     before = read_weighing(CONFIG / "calibration.json", BEFORE)
     least = loss(gaps, used, before)

@@ -54,6 +54,13 @@ def test_tables_are_read_as_written(tmp_path) -> None:
         assert read.p_truth(START) == pytest.approx(case.p_truth(START), rel=1e-3)
 
 
+def test_tables_that_are_written_again_stay(tmp_path) -> None:
+    write_opened([with_many()], tmp_path / "first", START)
+    write_opened(read_opened(tmp_path / "first"), tmp_path / "second", START)
+    for table in ("cases.csv", "hypotheses.csv"):
+        assert (tmp_path / "second" / table).read_text() == (tmp_path / "first" / table).read_text()
+
+
 def test_a_task_alone_has_no_predictive_density(tmp_path) -> None:
     case = open_case(5.0)
     alone = {label: replace(score, log_predictive=None) for label, score in case.scores.items()}

@@ -311,38 +311,31 @@ def robustness(evidence: Evidence, judged: Judged) -> tuple[Robustness, list[Rob
         cells[f"without {task}"] = ({s: c.part(rest) for s, c in base.items()}, error)
     alone = [f for f in judged.fits if len(f.hypothesis.effects) == 1]
     rivals = sorted(alone, key=lambda f: -judged.p.labels[f.label])[:COMPARED_VARIANTS]
-    family = [(e.side, e.family) for e in judged.best.hypothesis.effects]
-    effects = {f.label: f.hypothesis.effects[0] for f in alone}
-    weighing = evidence.settings.weighing
+    families = {family(effect.label) for effect in judged.best.hypothesis.effects}
+    before = _log_evidence(rivals, evidence, base, error)
     rows = []
     for name, (variant, relative) in cells.items():
-        scores = _again(rivals, evidence, judged, variant, relative)
-        winner = posterior.probabilities(scores, weighing, judged.circumstances).first
-        agrees = (effects[winner].side, effects[winner].family) in family
-        rows.append(RobustnessRow(cell=name, verdict=winner, agrees=agrees))
+        now = _log_evidence(rivals, evidence, variant, relative)
+        scores = {
+            label: judged.scores[label].with_more(now[label] - before[label]) for label in now
+        }
+        found = posterior.probabilities(scores, evidence.settings.weighing, judged.circumstances)
+        rows.append(RobustnessRow(name, found.first, family(found.first) in families))
     return Robustness(len(rows), sum(row.agrees for row in rows)), rows
 
 
-def _again(
-    rivals: Sequence[Fit],
-    evidence: Evidence,
-    judged: Judged,
-    variant: Mapping[float, Residual],
-    relative: float,
-) -> dict[str, Score]:
-    """What is known of some effects, and of no effect, in a variant.
+def _log_evidence(
+    rivals: Sequence[Fit], evidence: Evidence, variant: Mapping[float, Residual], relative: float
+) -> dict[str, float]:
+    """Log evidence of some effects, and of no effect, in a variant.
 
-    Each is taken under its most probable supposition; what other suppositions add is taken from
-    the fit to everything.
+    Each effect is taken under its most probable supposition: what others add to the fit to
+    everything, they are taken to add here.
     """
     rows = evidence.residual.rows(variant[0.0].tasks)
-    columns, error = evidence.unknown_inputs.columns, evidence.settings.signature_error
-    before, after = evidence.others(), others_of(variant, columns[rows])
-    gained = {label: after[label] - before[label] for label in after}
+    found = others_of(variant, evidence.unknown_inputs.columns[rows])
     for first in rivals:
         if first.label != MOVED:
-            c, whole = variant[first.moved_deg], evidence.residuals[first.moved_deg]
-            alone = fit(first.hypothesis, whole, error).log_evidence
-            again = fit(first.hypothesis.part(rows), c, relative).log_evidence
-            gained[first.label] = again - alone
-    return {label: judged.scores[label].with_more(log) for label, log in gained.items()}
+            again = fit(first.hypothesis.part(rows), variant[first.moved_deg], relative)
+            found[first.label] = again.log_evidence
+    return found

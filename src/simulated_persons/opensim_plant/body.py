@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+# File that lists the trials, and exit code of the process where a load cannot be shared out.
+JOBS, UNSHARED = "jobs.json", 3
 SEGMENTS = ("clavicle", "scapula", "humerus", "forearm")
 JOINTS = ("SC", "AC", "GH", "EL")
 

@@ -24,13 +24,11 @@ from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfiltfilt
 
 from scapulohumeral.errors import SolveError
-from simulated_persons.opensim_plant.body import Body, read_body
+from simulated_persons.opensim_plant.body import JOBS, UNSHARED, Body, read_body
 from simulated_persons.opensim_plant.mechanics import Mechanics, coordinates_of, pose_of
 from simulated_persons.opensim_plant.sharing import outcome, share, with_tired
 from simulated_persons.opensim_plant.skeleton import Skeleton
 
-JOBS = "jobs.json"
-UNSHARED = 3
 # A frame every so many control steps: 12.5 Hz at 100 Hz, three times what envelopes keep.
 FRAME_STEPS = 8
 # ASSUME: stiffness of a shoulder with its reflexes and corrections; the slow part of a missing

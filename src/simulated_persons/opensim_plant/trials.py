@@ -32,15 +32,13 @@ from simulated_persons.drawing.trials import (
 from simulated_persons.movement import SETTLE_S, phase_of_trial
 from simulated_persons.observation import Recording, electrode_matrix, record
 from simulated_persons.opensim_plant.arm import OpenSimArm, draw_opensim_person
-from simulated_persons.opensim_plant.body import write_body
+from simulated_persons.opensim_plant.body import JOBS, UNSHARED, write_body
 from simulated_persons.opensim_plant.effects import affected
 from simulated_persons.plan import YIELDS, Plan
 from simulated_persons.simulation import TICK_S
 from simulated_persons.wish import humerus_of
 
-PROCESS, JOBS = "simulated_persons.opensim_plant.process", "jobs.json"
-# With what the process ends where a load cannot be shared out; it is not imported, see there.
-UNSHARED = 3
+PROCESS = "simulated_persons.opensim_plant.process"
 NOT_SHARED = "a load cannot be shared out among muscles"
 # Largest root mean square of a torque that nothing gives: a quarter of a degree, over the stiffness
 # of a shoulder. Sharing itself leaves about a tenth.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp, softmax
@@ -43,15 +44,19 @@ class Score:
     useless: float = 0.0
     directions: tuple[Direction, ...] = ()
 
+    @cached_property
+    def best(self) -> float:
+        """Log density with the parameters that data ask for, which pay nothing."""
+        return self.log_evidence - _cost(self.directions, 1.0)
+
     def log_weight(self, weighing: Weighing) -> float:
         """Log probability up to a constant.
 
         Evidence of some weight is that of data with as much larger noise: it narrows parameters
         less, but each of them costs what it then costs, not its share of what it cost before.
         """
-        best = self.log_evidence - _cost(self.directions, 1.0)
-        held_out = best if self.log_predictive is None else self.log_predictive
-        of_data = weighing.evidence * best + weighing.held_out * held_out
+        held_out = self.best if self.log_predictive is None else self.log_predictive
+        of_data = weighing.evidence * self.best + weighing.held_out * held_out
         cost = _cost(self.directions, weighing.evidence + weighing.held_out)
         return self.log_prior + of_data + cost - weighing.useless * self.useless
 
@@ -83,6 +88,11 @@ class Posterior:
     labels: Mapping[str, float]
     none: float
     no_gap: float
+
+    @property
+    def every(self) -> dict[str, float]:
+        """Probability of each answer: of labels, "none" and "no_gap"."""
+        return {**self.labels, NONE: self.none, NO_GAP: self.no_gap}
 
     @property
     def first(self) -> str:
@@ -215,7 +225,7 @@ def credible_set(found: Posterior) -> tuple[str, ...]:
     truth, which the score card of blind cases measures. Answers as probable as its last one belong
     to it too: which of equals comes first is rounding.
     """
-    every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+    every = found.every
     ordered = sorted(every, key=lambda label: -every[label])
     total = np.cumsum([every[label] for label in ordered])
     least = every[ordered[int(np.searchsorted(total, COVERAGE))]] * (1.0 - TIED)

@@ -19,7 +19,7 @@ from scapulohumeral.gap.benchmark.metrics import of_families, probabilities, rat
 from scapulohumeral.gap.benchmark.open_draws.calibrate import FLOOR
 from scapulohumeral.gap.benchmark.open_draws.open_cases import open_case, read_scored_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
-from scapulohumeral.gap.labels import NO_GAP, NONE, family, matches
+from scapulohumeral.gap.labels import family, matches
 from scapulohumeral.gap.verdict.posterior import Posterior, credible_set
 from scapulohumeral.gap.weighing import Weighing
 
@@ -107,7 +107,7 @@ def _is_right(label: str, case: ScoredCase) -> bool:
 
 def _by_evidence(case: ScoredCase, weighing: Weighing) -> tuple[dict[str, float], tuple[str, ...]]:
     found: Posterior = open_case("", case).probabilities(weighing)
-    return {**found.labels, NONE: found.none, NO_GAP: found.no_gap}, credible_set(found)
+    return found.every, credible_set(found)
 
 
 def _by_answer(case: ScoredCase) -> tuple[dict[str, float], Sequence[str]]:

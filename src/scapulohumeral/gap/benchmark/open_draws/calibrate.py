@@ -20,7 +20,7 @@ from scipy.special import expit, logit
 
 from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
 from scapulohumeral.gap.benchmark.open_draws.open_cases import OpenCase
-from scapulohumeral.gap.labels import NO_GAP, NONE, family
+from scapulohumeral.gap.labels import NO_GAP, family
 from scapulohumeral.gap.verdict.posterior import no_gap_range
 from scapulohumeral.gap.weighing import BEFORE, SCHEMA, WEIGHTS, Weighing, read_weighing
 
@@ -86,13 +86,13 @@ def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
     names = ("silent", "silent_motion", "silent_alone", "silent_power")
     first = _log_odds(weighing, names)
 
-    def loss(x: np.ndarray) -> float:
+    def of_odds(x: np.ndarray) -> float:
         tried = _with_odds(weighing, names, x)
         least = [(no_gap_range(tried, about)[0], right) for about, right in seen]
         return _departure(x, first) - sum(np.log(p if right else 1.0 - p) for p, right in least)
 
     options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}
-    solved = minimize(loss, first, method="Nelder-Mead", options=options)
+    solved = minimize(of_odds, first, method="Nelder-Mead", options=options)
     return _with_odds(weighing, names, solved.x)
 
 
@@ -119,9 +119,8 @@ def first_families(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[tuple[fl
     """Probability of the first family of each case, and whether it is right."""
     pairs = []
     for case, weighing in judged:
-        found = case.probabilities(weighing)
-        by_label = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
-        first, p = next(iter(of_families(by_label).items()))
+        every = case.probabilities(weighing).every
+        first, p = next(iter(of_families(every).items()))
         pairs.append((p, first in map(family, case.right)))
     return pairs
 

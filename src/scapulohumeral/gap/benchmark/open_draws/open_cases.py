@@ -63,8 +63,7 @@ class OpenCase:
 
     def p_truth(self, weighing: Weighing) -> float:
         """Probability of what is right."""
-        found = self.probabilities(weighing)
-        every = {**found.labels, NONE: found.none, NO_GAP: found.no_gap}
+        every = self.probabilities(weighing).every
         return sum(p for label, p in every.items() if any(matches(label, r) for r in self.right))
 
 

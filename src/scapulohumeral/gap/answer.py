@@ -32,6 +32,7 @@ from scapulohumeral.gap.judgement import (
     motion_is_told,
     robustness,
 )
+from scapulohumeral.gap.left_over import left_in_words
 from scapulohumeral.gap.output.tables import (
     amplitude_table,
     enters_table,
@@ -258,6 +259,9 @@ def _only_with_a_gap(
 def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
     """What lowers the confidence in an answer, one sentence each."""
     remarks = []
+    left = found.judged.left
+    if left is not None and left.presence.present:
+        remarks.append(left_in_words(found.judged.best.label, left))
     if found.present and not found.map.standing_out:
         remarks.append(
             "no channel stands out by itself: regions are those above 5 % point by point"

@@ -18,6 +18,7 @@ from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
 from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
+from scapulohumeral.gap.left_over import LeftOver, left_over
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
@@ -69,7 +70,7 @@ class Judged:
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
-    explained : how far the best shrinks the gap; None without a gap
+    explained, left : how far the best shrinks the gap, and what it leaves; None without a gap
     undecided : why no cause is named; empty if one is
     temperature : by which all evidence was divided on the whole
     circumstances : of the case
@@ -85,15 +86,24 @@ class Judged:
     agreement: float | None
     by_task: list[tuple[str, float, float]]
     explained: Explained | None
+    left: LeftOver | None
     undecided: str
     temperature: float
     circumstances: Circumstances
 
 
 def judge(
-    evidence: Evidence, found: Explanations, is_there: Presence, weighing: Weighing, seed: int
+    evidence: Evidence,
+    found: Explanations,
+    is_there: Presence,
+    weighing: Weighing,
+    inflation: float,
+    seed: int,
 ) -> Judged:
-    """Hypotheses with their probabilities, and what speaks against naming the first."""
+    """Hypotheses with their probabilities, and what speaks against naming the first.
+
+    `inflation` and `seed` are those of the tests for a gap.
+    """
     present = is_there.present
     others = evidence.others()
     fits = [*found.integrated]
@@ -109,18 +119,24 @@ def judge(
         misfit=excess,
     )
     p = posterior.probabilities(scores, weighing, case)
-    weighing = posterior.heard(weighing, case)
     best = next(f for f in fits if f.label == p.first)
+    weighing = posterior.heard(weighing, case)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
     explained = explain(best, evidence, seed) if present else None
-    undecided = ""
+    left, undecided = None, ""
     if present:
+        left = left_over(best, evidence, inflation, seed)
         untold = _untold(evidence, p)
         gain = _predicted_gain(scores, best.label, excess)
         undecided = _unproven(explained, gain, agreement) or untold or _unknown(scores, weighing)
         rivals = _movements(evidence, p, best.label) if untold else ()
-        p = p.doubted(best.label, rivals) if undecided else p
+        if undecided:
+            p = p.doubted(best.label, rivals)
+        elif left.presence.present and best.label != MOVED:
+            # A cause that no library holds looks like one that it does; another movement leaves
+            # whatever else is wrong.
+            p = p.doubted(best.label)
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -134,6 +150,7 @@ def judge(
         agreement=agreement,
         by_task=by_task,
         explained=explained,
+        left=left,
         undecided=undecided,
         temperature=weighing.temperature,
         circumstances=case,

@@ -83,7 +83,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     explanations = screened_only(evidence)
     if is_there.present:
         explanations = fit_all(evidence, model, case.threads, warnings)
-    judged = judge(evidence, explanations, is_there, weighing, case.seed)
+    judged = judge(evidence, explanations, is_there, weighing, inflation, case.seed)
     told = answer(Findings(case, records, evidence, is_there, found, judged), warnings)
     rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(

@@ -21,10 +21,12 @@ from scapulohumeral.gap.benchmark import hidden_task
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.detection.size import NO_INTERVAL
 from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.library import NEEDING, library
 from scapulohumeral.gap.isolation import empirical_bayes, pairs, search
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.labels import MOVED
+from scapulohumeral.gap.left_over import SOMETHING_LEFT, left_in_words, left_over
 from scapulohumeral.gap.nominal.control_bias import no_drive
 from scapulohumeral.gap.pipeline import diagnose
 from scapulohumeral.gap.recording.case import (
@@ -243,6 +245,55 @@ def diagnosed(settings=SETTINGS, **how):
     done = diagnose(case(**how), None, settings)
     to_json(replace(done, hashes=HASHES))
     return done
+
+
+def left(first, **how):
+    """What a cause leaves of a made-up case."""
+    known = case(**how)
+    records = read_records(known, None, SETTINGS, [])
+    evidence = assembly.assemble(known, records, None, SETTINGS, [])
+    return left_over({f.label: f for f in evidence.screened}[first], evidence, 1.0, 0)
+
+
+def tilted(record):
+    """A record whose scapula markers are turned."""
+    return replace(record, pose=turn_frame(record.pose, "scapula", np.deg2rad([0.0, 12.0, 0.0])))
+
+
+def test_what_the_cause_explains_is_not_left():
+    assert not left(RIGHT, effect=RIGHT).presence.present
+
+
+@pytest.mark.parametrize(
+    ("first", "observe", "nearest"),
+    [
+        ("measurement/emg_gain/EMG_a", lambda record: record, RIGHT),
+        (RIGHT, tilted, "input/frame_misalignment/scapula"),
+    ],
+)
+def test_what_another_cause_did_is_left_and_has_a_place(first, observe, nearest):
+    rest = left(first, effect=RIGHT, observe=observe)
+    assert rest.presence.present
+    assert rest.nearest == nearest
+    words = left_in_words(first, rest)
+    assert words.startswith(SOMETHING_LEFT)
+    assert rest.regions[0].channel in words
+
+
+def wavy(record):
+    """A record whose EMG goes up and down as no effect makes it."""
+    waves = 0.3 * np.sin(np.linspace(0.0, 2.0 * np.pi, NODES))
+    return replace(record, emg=record.emg + waves[:, None] * [1.0, -1.0])
+
+
+@pytest.mark.parametrize(("observe", "more"), [(lambda record: record, False), (wavy, True)])
+def test_an_answer_says_whether_its_first_cause_is_all(observe, more):
+    answer = diagnosed(effect=RIGHT, observe=observe)
+    remarks = [remark for remark in answer.warnings if remark.startswith(SOMETHING_LEFT)]
+    assert len(remarks) == more
+    if more:
+        assert answer.candidates[0].label in remarks[0]
+        assert answer.candidates[0].p <= 0.5
 
 
 @pytest.mark.parametrize("stiffness", STIFFNESSES)

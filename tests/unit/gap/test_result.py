@@ -10,6 +10,7 @@ from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, write_curves
+from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import figures, isolability_figure
 from scapulohumeral.gap.output.page import render_report, verdict
 from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
@@ -127,7 +128,13 @@ def test_verdict_says_what_the_answer_holds():
     assert "enters at GH_rz, 35 to 88 % of the movement" in said["Where"]
     assert f"{STRENGTH}: f0_factor 0.55 [0.45, 0.66], p 0.71" in said["Cause"]
     assert f"Not told apart from {GAIN}; together p 0.95" in said["Cause"]
+    assert said["Left"] == "nothing that shows, once the most probable cause is added."
     assert "removes 86 % [75, 92] of the reducible gap on trials not used" in said["How far"]
+
+
+def test_verdict_says_that_something_is_left():
+    remark = f"{SOMETHING_LEFT} that {STRENGTH} does not explain"
+    assert verdict(diagnosis(warnings=("another remark", remark)))["Left"] == f"{remark}."
 
 
 def test_verdicts_without_a_cause():

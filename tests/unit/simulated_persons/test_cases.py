@@ -358,6 +358,15 @@ def test_what_is_wrong_with_emg_alone_comes_with_emg(kind: str, arm: Arm) -> Non
                 assert plan.emg, injection.label
 
 
+def test_effects_come_where_test_and_reference_can_differ_by_them() -> None:
+    """No body has another thorax in its reference, and without one no movement is another."""
+    singles = [*draw_plans(4, 90, ("par1",), "single"), *draw_plans(4, 60, ("par1",), "pair")]
+    of_model = [p for p in singles if any("thorax_surface" in i.label for i in p.injections)]
+    strategies = draw_plans(4, 40, ("par1",), "strategy")
+    assert {plan.reference for plan in of_model} == {False}
+    assert {plan.reference for plan in strategies} == {True}
+
+
 def test_electrodes_put_on_again_differ_as_published(arm: Arm) -> None:
     """Andersen et al. 2014: 0.22 to 0.34 between days, of which repeats make up 0.15."""
     rng = np.random.default_rng(6)

@@ -108,6 +108,7 @@ def add_calibrate_command(
 
 
 def _calibrate(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.errors import DataError
     from scapulohumeral.gap.benchmark.open_draws.calibrate import calibrate, weights_before
     from scapulohumeral.gap.benchmark.open_draws.open_cases import (
         read_open_cases,
@@ -122,6 +123,8 @@ def _calibrate(options: argparse.Namespace, command: str) -> int:
     names = {case.draw for case in fresh}
     earlier = read_opened(options.opened) if options.opened.is_dir() else []
     cases = [*(case for case in earlier if case.draw not in names), *fresh]
+    if not cases:
+        raise DataError(f"{options.opened}: no such folder, and no DRAWS; name one of them.")
     if options.keep:
         write_opened(cases, options.opened, settings.weighing)
     in_use = CONFIG_FOLDER / settings.calibration

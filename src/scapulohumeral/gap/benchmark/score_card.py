@@ -72,6 +72,9 @@ REGISTERED = {
     "class_top1": "the most probable class, or candidate without one, holds the right family",
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
     "an effect that hardly shows is also covered by no_gap",
+    "both_or_one_and_more": "pairs whose first answer is both families, or one of them with the "
+    "remark that something is left",
+    "says_more": "singles whose family is right and that have this remark",
     "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label",
     "shrinkage": "new_task of singles whose family is right, against the share of the reducible "
     "gap on the hidden task that the same parameters and factors remove: noise-free root mean "
@@ -133,6 +136,7 @@ def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
         "family_top3": rate([_rank(case) <= 3 for case in single]),
         "side_top1": rate([_side_right(case) for case in single]),
         "class_top1": rate([_class_right(case) for case in single]),
+        "says_more": rate([case.says_more for case in single if case.right_single]),
         "amplitude": _amplitude_scores(single),
         "shrinkage": _shrinkage_scores(single),
         "baselines": _baseline_scores(single),
@@ -181,14 +185,16 @@ def _moved_scores(moved: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def _pair_scores(pairs: Sequence[ScoredCase]) -> dict[str, Any]:
-    both, exact = [], []
+    both, exact, more = [], [], []
     for case in pairs:
         chosen = [] if case.verdict is None else list(case.verdict["set90"])
         parts = [part for label in chosen for part in label.split(JOIN)]
         both.append(all(any(matches(p, t) for p in parts) for t in case.truth))
         top = _top_family(case).split(JOIN)
         exact.append(sorted(map(family, top)) == sorted(map(family, case.truth)))
-    return {"both_in_set": rate(both), "exact": rate(exact)}
+        one = any(name in map(family, case.truth) for name in map(family, top))
+        more.append(exact[-1] or (one and case.says_more))
+    return {"both_in_set": rate(both), "exact": rate(exact), "both_or_one_and_more": rate(more)}
 
 
 def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:

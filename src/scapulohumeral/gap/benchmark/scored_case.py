@@ -13,8 +13,11 @@ from scapulohumeral.gap.benchmark.metrics import family_probabilities, probabili
 from scapulohumeral.gap.benchmark.rules_of_thumb import baseline_families
 from scapulohumeral.gap.explained import reducible_share
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, family, matches
+from scapulohumeral.gap.left_over import SOMETHING_LEFT
 
 LARGE_MULTIPLE = 2.0
+# What the model has wrong is wrong of the reference trials as well.
+OF_THE_MODEL = ("body/thorax_surface",)
 
 
 UNANSWERED = "unanswered"
@@ -71,20 +74,28 @@ class ScoredCase:
 
     @property
     def moved(self) -> bool:
-        """Whether the test movement was done otherwise by as much as shows."""
+        """Whether the test movement was done otherwise than the reference by as much as shows."""
         otherwise = self.key.get("otherwise")  # keys of earlier draws do not say
-        return bool(otherwise is not None and otherwise["shown"])
+        return bool(self._referenced and otherwise is not None and otherwise["shown"])
+
+    @property
+    def _referenced(self) -> bool:
+        return bool(self.key["mode"]["reference"])
+
+    def _outside(self, label: str) -> bool:
+        """Whether no label of an answer is right: earlier draws gave bodies another thorax."""
+        return label.startswith("unknown/") or (self._referenced and label in OF_THE_MODEL)
 
     @property
     def status(self) -> str:
         """null, hidden (does not show), moved (the movement alone), single, pair or unknown."""
-        if not self.truth:
+        if not self.truth or (self.truth == (MOVED,) and not self._referenced):
             return "null"
         if self.truth == (MOVED,):
             return "moved" if self.key["shown"] else "hidden"
         if not self.key["shown"]:
             return "moved" if self.moved else "hidden"
-        if any(label.startswith("unknown/") for label in self.truth):
+        if any(map(self._outside, self.truth)):
             return "unknown"
         return "single" if len(self.truth) == 1 else "pair"
 
@@ -155,6 +166,12 @@ class ScoredCase:
     def baselines(self) -> dict[str, str]:
         """Family that each simple method names; read once, a case belongs to several groups."""
         return baseline_families(self.folder, self.answer_folder)
+
+    @property
+    def says_more(self) -> bool:
+        """Whether the answer says that its first cause leaves something."""
+        warnings = [] if self.verdict is None else self.verdict["warnings"]
+        return any(remark.startswith(SOMETHING_LEFT) for remark in warnings)
 
     @property
     def claims_gap(self) -> bool:

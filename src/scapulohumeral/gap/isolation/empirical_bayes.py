@@ -6,7 +6,7 @@ Letters: D coefficients, P parameters.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -99,9 +99,9 @@ class Evidence:
         """Effects fitted to derivatives, each under its most probable supposition."""
         return integrated((f for fits in self.fits.values() for f in fits), self.suppositions)
 
-    def shapes(self) -> dict[str, list[np.ndarray]]:
-        """Slopes (D, P) of the effects that each test for a gap looks for."""
-        every = [f.hypothesis for f in self.screened]
+    def shapes(self, without: Collection[str] = ()) -> dict[str, list[np.ndarray]]:
+        """Slopes (D, P) of the effects that each test for a gap looks for, without some labels."""
+        every = [f.hypothesis for f in self.screened if f.label not in without]
         spoiling = [one.slope for one in every if one.effects[0].spoils_motion]
         return {ON_RECORD: spoiling, GLR: [one.slope for one in every]}
 

@@ -34,9 +34,9 @@ AT_ONCE = 2
 # as much as any did. In two golden cases and one of the benchmark 14 new solutions added up to 0.16
 # of it where there was EMG, and up to 0.07 to motion alone.
 ADDED = 0.35
-# Units of log evidence and prior that effects may stay behind the strongest even so. A fifth of
-# them counts, twice: what is left of their probability is below a hundredth of it.
-BEHIND = 25.0
+# Units of log probability that effects may stay behind the strongest even so: what is left of
+# their probability is below a hundredth of its.
+BEHIND = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ class _Told:
         self.strongest = max(map(self._weight, evidence.screened))
         self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
-        self.behind = BEHIND
+        self.behind = BEHIND * evidence.settings.weighing.temperature
         if evidence.settings.of_simulations:
             # By as much evidence will be divided.
             error = evidence.settings.signature_error

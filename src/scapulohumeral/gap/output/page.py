@@ -8,6 +8,7 @@ from typing import Any
 
 from scapulohumeral.gap.curve_files import MISFIT
 from scapulohumeral.gap.labels import MOVED
+from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
 from scapulohumeral.templates import page_template
@@ -67,7 +68,7 @@ def write_report(diagnosis: Diagnosis, command: str, out: Path) -> None:
 
 
 def verdict(diagnosis: Diagnosis) -> dict[str, str]:
-    """One sentence per question: gap, where, cause, how far."""
+    """One sentence per question: gap, where, cause, what it leaves, how far."""
     if diagnosis.gap is None:
         return {"Gap": f"no verdict: {diagnosis.status_reason}"}
     gap = diagnosis.gap
@@ -76,6 +77,7 @@ def verdict(diagnosis: Diagnosis) -> dict[str, str]:
     if gap.present:
         sentences["Where"] = where(diagnosis)
         sentences["Cause"] = cause(diagnosis)
+        sentences["Left"] = left(diagnosis)
         sentences["How far"] = how_far(diagnosis)
     return sentences
 
@@ -107,6 +109,13 @@ def cause(diagnosis: Diagnosis) -> str:
             others = [label for label in entry.labels if label != best.label]
             text += f" Not told apart from {', '.join(others)}; together p {number(entry.p)}."
     return text
+
+
+def left(diagnosis: Diagnosis) -> str:
+    """What the most probable cause leaves."""
+    told = (remark for remark in diagnosis.warnings if remark.startswith(SOMETHING_LEFT))
+    remark = next(told, "nothing that shows, once the most probable cause is added")
+    return f"{remark}."
 
 
 def described(candidate: Candidate) -> str:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scapulohumeral.gap.benchmark.protocol import _with_hidden
 from scapulohumeral.gap.benchmark.score_card import group_scores, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, matches
+from scapulohumeral.gap.left_over import LeftOver, left_in_words
 
 pytestmark = pytest.mark.unit
 
@@ -49,6 +51,7 @@ def answer(p: dict[str, float], value: float = 0.5, present: bool = True, **more
         "set90": list(p),
         "classes": [],
         "regions": {"shows": [region]},
+        "warnings": [],
         "shrinkage": {"new_task": {"value": 0.8, "ci95": [0.7, 0.9]}},
     }
     return {**document, **more}
@@ -189,6 +192,19 @@ def test_pairs_need_both_members() -> None:
     scores = group_scores([exact, half])["pairs"]
     assert scores["both_in_set"]["value"] == 0.5
     assert scores["exact"]["value"] == 0.5
+    assert scores["both_or_one_and_more"]["value"] == 0.5
+
+
+def test_one_of_a_pair_is_enough_where_the_answer_says_that_something_is_left() -> None:
+    pair = key(TEAR)
+    pair["effects"].append({"label": GAIN, "parameter": "gain_factor", "amplitude": 2.0})
+    remark = left_in_words(TEAR, LeftOver(SimpleNamespace(p_value=0.01), (), GAIN))
+    named = answer({TEAR: 0.9}, warnings=["another remark", remark])
+    wrong = answer({"body/passive_gh": 0.9}, warnings=[remark])
+    scores = group_scores([case(pair, named), case(pair, wrong)])["pairs"]
+    assert scores["both_or_one_and_more"]["hits"] == 1
+    # Of a single effect the remark is a false one.
+    assert group_scores([case(key(TEAR), named)])["says_more"]["value"] == 1.0
 
 
 def test_shrinkage_is_compared_with_the_truth_where_it_is_known() -> None:
@@ -208,6 +224,11 @@ def otherwise(key_: dict, shown: bool = True, person: str = "changes") -> dict:
     return {**key_, "person": person, "otherwise": {"deg": {"SC_rx": 6.0}, "shown": shown}}
 
 
+def alone(key_: dict) -> dict:
+    """A key of a case without reference trials."""
+    return {**key_, "mode": {**key_["mode"], "reference": False}}
+
+
 @pytest.mark.parametrize(
     ("key_", "status", "right"),
     [
@@ -218,6 +239,11 @@ def otherwise(key_: dict, shown: bool = True, person: str = "changes") -> dict:
         (otherwise(key(MOVED), person="keeps"), "moved", (MOVED,)),
         (otherwise(key(MOVED, shown=False), shown=False), "hidden", (NO_GAP, MOVED)),
         (otherwise(key("unknown/far/splint")), "unknown", (NONE, MOVED)),
+        (alone(otherwise(key(TEAR))), "single", (TEAR,)),
+        (alone(otherwise(key(MOVED))), "null", (NO_GAP, MOVED)),
+        (key("body/thorax_surface"), "unknown", (NONE,)),
+        (alone(key("body/thorax_surface")), "single", ("body/thorax_surface",)),
+        (alone(otherwise(key(TEAR, shown=False))), "hidden", (NO_GAP, TEAR)),
         (key("unknown/far/splint"), "unknown", (NONE,)),
         (key(None), "null", (NO_GAP,)),
     ],

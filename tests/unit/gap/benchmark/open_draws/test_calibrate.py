@@ -19,6 +19,7 @@ from scapulohumeral.gap.benchmark.open_draws.calibrate import (
     weights_before,
 )
 from scapulohumeral.gap.benchmark.open_draws.open_cases import read_opened
+from scapulohumeral.gap.cli import main
 from scapulohumeral.gap.labels import NO_GAP, NONE
 from scapulohumeral.gap.weighing import BEFORE, read_weighing
 
@@ -101,6 +102,11 @@ def test_the_file_is_read_as_written(tmp_path) -> None:
     now = replace(START, evidence=0.9)
     assert weights_before(out, cases, now) == START
     assert weights_before(out, [open_case(20.0, draw="two")], now) == now
+
+
+def test_without_any_opened_draw_there_is_nothing_to_fit(tmp_path, capsys) -> None:
+    assert main(["gap", "calibrate", "--opened", str(tmp_path / "none")]) == 2
+    assert "no DRAWS" in capsys.readouterr().err
 
 
 def test_weights_in_use_are_what_their_draws_ask_for() -> None:

@@ -45,6 +45,8 @@ CALIBRATION_BINS = 5
 
 
 FALSE_REJECTION = 0.1
+# Answers with a larger probability may be wrong in one case out of ten.
+SURE = 0.8
 
 
 KEPT_SHARE = 0.7
@@ -79,8 +81,11 @@ REGISTERED = {
     "shrinkage": "new_task of singles whose family is right, against the share of the reducible "
     "gap on the hidden task that the same parameters and factors remove: noise-free root mean "
     "squares, the floor added to both in quadrature, as a recording would have it, then subtracted",
+    "sure_and_wrong": "answers whose first family has more than `sure` and is no right one; of a "
+    "pair one member is right",
     "calibration_bins": CALIBRATION_BINS,
     "false_rejection": FALSE_REJECTION,
+    "sure": SURE,
     "kept_share": KEPT_SHARE,
     "large_multiple": LARGE_MULTIPLE,
     "region_sigma": REGION_SIGMA,
@@ -113,6 +118,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "mean_family_p": _mean([_family_p(case) for case in single]),
         "set90": _set_scores(cases),
         "calibration": _calibration(cases),
+        "sure_and_wrong": rate(_sure_and_wrong(cases)),
         "unknown": _unknown_scores(by["unknown"], single),
         "pairs": _pair_scores(by["pair"]),
         "moved": _moved_scores(by["moved"]),
@@ -162,6 +168,19 @@ def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         return {"ece": None, "n": 0, "bins": []}
     bins = reliability(pairs, CALIBRATION_BINS)
     return {"ece": calibration_error(bins), "n": len(pairs), "bins": bins}
+
+
+def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:
+    """Whether each answer that is nearly certain of its first family is wrong."""
+    found = []
+    for case in cases:
+        if case.verdict is None:
+            continue
+        name, p = next(iter(family_probabilities(case.verdict).items()))
+        if p > SURE:
+            parts = set(map(family, name.split(JOIN)))
+            found.append(not parts <= set(map(family, case.right)))
+    return found
 
 
 def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) -> dict[str, Any]:

@@ -195,6 +195,22 @@ def test_pairs_need_both_members() -> None:
     assert scores["both_or_one_and_more"]["value"] == 0.5
 
 
+def test_sure_answers_are_counted_and_those_that_are_wrong() -> None:
+    pair = key(TEAR)
+    pair["effects"].append({"label": GAIN, "parameter": "gain_factor", "amplitude": 2.0})
+    cases = [
+        case(key(TEAR), answer({TEAR: 0.9})),
+        case(key(TEAR), answer({TEAR: 0.7, GAIN: 0.2})),
+        case(key(TEAR), answer({GAIN: 0.85})),
+        case(key(TEAR), answer({f"{TEAR} + {GAIN}": 0.9})),
+        case(key(None), answer({}, present=False, no_gap_p=0.9, none_p=0.1)),
+        case(pair, answer({TEAR: 0.9})),
+        case(pair, answer({f"{TEAR} + {GAIN}": 0.9})),
+    ]
+    found = group_scores(cases)["sure_and_wrong"]
+    assert (found["hits"], found["n"]) == (2, 6)
+
+
 def test_one_of_a_pair_is_enough_where_the_answer_says_that_something_is_left() -> None:
     pair = key(TEAR)
     pair["effects"].append({"label": GAIN, "parameter": "gain_factor", "amplitude": 2.0})

@@ -111,13 +111,7 @@ def judge(
         fits.append(movement_fit(evidence.residuals, others[MOVED]))
     scores = _scores(evidence, found, fits, others, weighing)
     excess = misfit(fits, evidence.residuals, evidence.settings.signature_error)
-    case = Circumstances(
-        present=present,
-        referenced=evidence.referenced,
-        told=motion_is_told(evidence),
-        p_value=is_there.p_value,
-        misfit=excess,
-    )
+    case = _circumstances(evidence, is_there, excess)
     p = posterior.probabilities(scores, weighing, case)
     best = next(f for f in fits if f.label == p.first)
     weighing = posterior.heard(weighing, case)
@@ -131,12 +125,8 @@ def judge(
         gain = _predicted_gain(scores, best.label, excess)
         undecided = _unproven(explained, gain, agreement) or untold or _unknown(scores, weighing)
         rivals = _movements(evidence, p, best.label) if untold else ()
-        if undecided:
-            p = p.doubted(best.label, rivals)
-        elif left.presence.present and best.label != MOVED:
-            # A cause that no library holds looks like one that it does; another movement leaves
-            # whatever else is wrong.
-            p = p.doubted(best.label)
+        doubtful = undecided or _is_part(best, left)
+        p = p.doubted(best.label, rivals) if doubtful else p
     likely = isolability.likely(fits, p)
     apart = isolability.separability(likely, c, error, weighing.temperature)
     return Judged(
@@ -155,6 +145,25 @@ def judge(
         temperature=weighing.temperature,
         circumstances=case,
     )
+
+
+def _circumstances(evidence: Evidence, is_there: Presence, excess: float) -> Circumstances:
+    """What of a case decides how its evidence counts; `excess` is the misfit."""
+    return Circumstances(
+        present=is_there.present,
+        referenced=evidence.referenced,
+        told=motion_is_told(evidence),
+        p_value=is_there.p_value,
+        misfit=excess,
+    )
+
+
+def _is_part(best: Fit, left: LeftOver) -> bool:
+    """Whether a cause is one of two, or looks like one that no library holds.
+
+    Another movement leaves whatever else is wrong, and is right even so.
+    """
+    return left.presence.present and best.label != MOVED
 
 
 def _scores(

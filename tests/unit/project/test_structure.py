@@ -35,7 +35,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("gap.residual",),
     ("gap.detection", "gap.isolation"),
     ("gap.verdict",),
-    ("gap.assembly", "gap.explained"),
+    ("gap.assembly", "gap.explained", "gap.left_over"),
     ("gap.judgement",),
     ("gap.output",),
     ("gap.answer",),

@@ -37,6 +37,9 @@ ADDED = 0.35
 # Units of log probability that effects may stay behind the strongest even so: what is left of
 # their probability is below a hundredth of its.
 BEHIND = 5.0
+# The same between simulations, where a new solution counts whatever the derivative promised: as far
+# as it was while evidence and predictive density had a fifth each and 25 units of both were asked.
+BEHIND_OF_SIMULATIONS = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +138,13 @@ class _Told:
         self.strongest = max(map(self._weight, evidence.screened))
         self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
-        self.behind = BEHIND * evidence.settings.weighing.temperature
+        behind = BEHIND
         if evidence.settings.of_simulations:
             # By as much evidence will be divided.
             error = evidence.settings.signature_error
-            self.behind *= misfit(evidence.screened, evidence.residuals, error)
+            excess = misfit(evidence.screened, evidence.residuals, error)
+            behind = BEHIND_OF_SIMULATIONS * excess
+        self.behind = behind * evidence.settings.weighing.temperature
 
     def next(self, able: Sequence[Fit], count: int) -> list[Fit]:
         """The effects to be solved again next, of those that a new solution may change."""

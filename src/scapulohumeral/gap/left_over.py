@@ -8,20 +8,21 @@ Letters: D coefficients, P parameters.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scapulohumeral.gap.detection.presence import Presence, difference_map, presence, shares
+from scapulohumeral.gap.detection.presence import Presence, surest, tested
 from scapulohumeral.gap.detection.regions import shown_regions
-from scapulohumeral.gap.detection.shaped import shaped
+from scapulohumeral.gap.detection.shaped import each_shaped
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.labels import JOIN, MAX_T, MOVED
+from scapulohumeral.gap.labels import JOIN, MOVED
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Shown
 
-# How the remark starts that there is more than one cause.
+# How the remark starts that the first cause is not all.
 SOMETHING_LEFT = "something is left"
 # Places that it names.
 PLACES = 2
@@ -55,17 +56,13 @@ def left_over(best: Fit, evidence: Evidence, inflation: float, seed: int) -> Lef
     left = unexplained(best, evidence)
     parts = best.label.split(JOIN)
     shapes, alpha = evidence.shapes(without=parts), evidence.settings.alpha
-    found = difference_map(left, alpha * shares(shapes)[MAX_T], inflation, seed)
-    tests = presence(left, found, shapes, alpha, inflation, seed)
-    likeness = {
-        f.label: float(shaped(left, left.delta[:, None], [f.hypothesis.slope])[0])
-        for f in evidence.screened
-        if f.label not in parts and np.any(f.hypothesis.slope)
-    }
+    found, tests = tested(left, shapes, alpha, inflation, seed)
+    others = [f for f in evidence.screened if f.label not in parts and np.any(f.hypothesis.slope)]
+    likeness = each_shaped(left, left.delta[:, None], [f.hypothesis.slope for f in others])
     return LeftOver(
-        presence=min(tests, key=lambda one: (not one.present, one.p_value)),
+        presence=surest(tests),
         regions=shown_regions(found, left, ()),
-        nearest=max(likeness, key=lambda label: likeness[label]),
+        nearest=others[int(np.argmax(likeness))].label,
     )
 
 
@@ -80,6 +77,11 @@ def left_in_words(label: str, left: LeftOver) -> str:
         f"{SOMETHING_LEFT} that {label} does not explain (p {left.presence.p_value:.1g}){where}; "
         f"{left.nearest} is most like it"
     )
+
+
+def said_to_be_left(remarks: Sequence[str]) -> str | None:
+    """The remark among those of an answer that something is left; None without one."""
+    return next((remark for remark in remarks if remark.startswith(SOMETHING_LEFT)), None)
 
 
 def unexplained(best: Fit, evidence: Evidence) -> Residual:

@@ -20,10 +20,9 @@ from scapulohumeral.gap.curve_files import (
 )
 from scapulohumeral.gap.detection import null_bank as null_bank
 from scapulohumeral.gap.detection.permutation import strongest
-from scapulohumeral.gap.detection.presence import difference_map, presence, shares
+from scapulohumeral.gap.detection.presence import tested
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
-from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import read_records
@@ -76,8 +75,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     settings = _for_emg_unit(settings, case, warnings)
     evidence = assemble(case, records, model, settings, warnings)
     shapes, alpha = evidence.shapes(), settings.alpha
-    found = difference_map(evidence.cautious, alpha * shares(shapes)[MAX_T], inflation, case.seed)
-    findings = presence(evidence.cautious, found, shapes, alpha, inflation, case.seed)
+    found, findings = tested(evidence.cautious, shapes, alpha, inflation, case.seed)
     is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)

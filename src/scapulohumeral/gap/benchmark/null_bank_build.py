@@ -15,9 +15,8 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.detection.null_bank import NullCase, Probe, write_bank
-from scapulohumeral.gap.detection.presence import difference_map, presence, shares
+from scapulohumeral.gap.detection.presence import tested
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
-from scapulohumeral.gap.labels import MAX_T
 from scapulohumeral.gap.nominal.participant_model import (
     ModelSettings,
     ParticipantModel,
@@ -127,8 +126,7 @@ def _row(
     channels = channel_names(case.channels if emg else (), contact)
     rows, part = whole.channel_rows(channels), whole.only(channels)
     shapes = {name: [slope[rows] for slope in slopes] for name, slopes in evidence.shapes().items()}
-    found = difference_map(part, settings.alpha * shares(shapes)[MAX_T], 1.0, case.seed)
-    tests = presence(part, found, shapes, settings.alpha, 1.0, case.seed)
+    found, tests = tested(part, shapes, settings.alpha, 1.0, case.seed)
     over = {one.statistic: round(one.value / one.threshold, 4) for one in tests}
     return NullCase(case.mode, emg, contact, **over)
 

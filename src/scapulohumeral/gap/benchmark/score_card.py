@@ -19,7 +19,6 @@ from scapulohumeral.gap.benchmark.metrics import (
     _spread,
     area_under_curve,
     calibration_error,
-    family_probabilities,
     rate,
     reliability,
 )
@@ -32,6 +31,7 @@ from scapulohumeral.gap.benchmark.scored_case import (
     _class_right,
     _covered,
     _family_p,
+    _first_family,
     _none_p,
     _off,
     _rank,
@@ -160,10 +160,9 @@ def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     """Expected calibration error of the most probable family, in bins of equal count."""
     pairs = []
     for case in cases:
-        if case.verdict is None or case.status in ("pair", "hidden"):
-            continue
-        name, p = next(iter(family_probabilities(case.verdict).items()))
-        pairs.append((p, name in map(family, case.right)))
+        name, p = _first_family(case)
+        if p is not None and case.status not in ("pair", "hidden"):
+            pairs.append((p, name in map(family, case.right)))
     if not pairs:
         return {"ece": None, "n": 0, "bins": []}
     bins = reliability(pairs, CALIBRATION_BINS)
@@ -174,10 +173,8 @@ def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:
     """Whether each answer that is nearly certain of its first family is wrong."""
     found = []
     for case in cases:
-        if case.verdict is None:
-            continue
-        name, p = next(iter(family_probabilities(case.verdict).items()))
-        if p > SURE:
+        name, p = _first_family(case)
+        if p is not None and p > SURE:
             parts = set(map(family, name.split(JOIN)))
             found.append(not parts <= set(map(family, case.right)))
     return found
@@ -314,9 +311,7 @@ def _line(case: ScoredCase) -> dict[str, Any]:
         "truth": JOIN.join(case.truth) or NO_GAP,
         "moved": case.moved,
         "answer": _top_family(case),
-        "p": None if case.verdict is None else next(
-            iter(family_probabilities(case.verdict).values())
-        ),
+        "p": _first_family(case)[1],
         "footprint": max(case.key["footprint"].values()),
         "large": case.large,
         "covered": _covered(case),

@@ -13,7 +13,7 @@ from scapulohumeral.gap.benchmark.metrics import family_probabilities, probabili
 from scapulohumeral.gap.benchmark.rules_of_thumb import baseline_families
 from scapulohumeral.gap.explained import reducible_share
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, family, matches
-from scapulohumeral.gap.left_over import SOMETHING_LEFT
+from scapulohumeral.gap.left_over import said_to_be_left
 
 LARGE_MULTIPLE = 2.0
 # What the model has wrong is wrong of the reference trials as well.
@@ -170,8 +170,7 @@ class ScoredCase:
     @property
     def says_more(self) -> bool:
         """Whether the answer says that its first cause leaves something."""
-        warnings = [] if self.verdict is None else self.verdict["warnings"]
-        return any(remark.startswith(SOMETHING_LEFT) for remark in warnings)
+        return self.verdict is not None and said_to_be_left(self.verdict["warnings"]) is not None
 
     @property
     def claims_gap(self) -> bool:
@@ -203,8 +202,15 @@ def _side_right(case: ScoredCase) -> bool:
     return _top_family(case).split("/")[0] in {label.split("/")[0] for label in case.right}
 
 
+def _first_family(case: ScoredCase) -> tuple[str, float | None]:
+    """The most probable family with its probability; None without a verdict."""
+    if case.verdict is None:
+        return UNANSWERED, None
+    return next(iter(family_probabilities(case.verdict).items()))
+
+
 def _top_family(case: ScoredCase) -> str:
-    return UNANSWERED if case.verdict is None else next(iter(family_probabilities(case.verdict)))
+    return _first_family(case)[0]
 
 
 def _class_right(case: ScoredCase) -> bool:

@@ -17,7 +17,7 @@ from math import comb, prod
 
 import numpy as np
 
-from scapulohumeral.gap.detection.presence import Presence
+from scapulohumeral.gap.detection.presence import Presence, surest
 from scapulohumeral.gap.detection.shaped import closest, shaped, squares
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.residual import Residual
@@ -48,7 +48,7 @@ def strongest(
         exchangeable(one, records, residual, shapes.get(one.statistic, ()), alpha, seed)
         for one in findings
     ]
-    return min(judged, key=lambda one: (not one.present, one.p_value))
+    return surest(judged)
 
 
 def exchangeable(

@@ -143,6 +143,26 @@ def presence(
     return tuple(findings)
 
 
+def tested(
+    residual: Residual,
+    shapes: Mapping[str, Sequence[np.ndarray]],
+    alpha: float,
+    inflation: float,
+    seed: int,
+) -> tuple[DifferenceMap, tuple[Presence, ...]]:
+    """Map of a difference at its share of the false alarms, and all tests for a gap.
+
+    Parameters are those of :func:`presence`.
+    """
+    found = difference_map(residual, alpha * shares(shapes)[MAX_T], inflation, seed)
+    return found, presence(residual, found, shapes, alpha, inflation, seed)
+
+
+def surest(findings: Sequence[Presence]) -> Presence:
+    """The finding of several tests that counts: one of a gap before any other."""
+    return min(findings, key=lambda one: (not one.present, one.p_value))
+
+
 def effect_shaped(
     residual: Residual, slopes: Sequence[np.ndarray], seed: int
 ) -> tuple[float, np.ndarray]:

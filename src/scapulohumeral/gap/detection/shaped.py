@@ -33,9 +33,15 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     vectors : (D, M) differences
     slopes : (D, P) of each effect
     """
+    return np.max(each_shaped(residual, vectors, [s for s in slopes if np.any(s)]), axis=0)
+
+
+def each_shaped(
+    residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """The same (M,) of each effect by itself; every slope has to change something."""
     white = residual.whiten(steadied(residual, vectors))
-    bases = [directions(residual, slope)[0] for slope in slopes if np.any(slope)]
-    return np.max([_z_values(white, basis) for basis in bases], axis=0)
+    return [_z_values(white, directions(residual, slope)[0]) for slope in slopes]
 
 
 def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

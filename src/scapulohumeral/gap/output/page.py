@@ -8,7 +8,7 @@ from typing import Any
 
 from scapulohumeral.gap.curve_files import MISFIT
 from scapulohumeral.gap.labels import MOVED
-from scapulohumeral.gap.left_over import SOMETHING_LEFT
+from scapulohumeral.gap.left_over import said_to_be_left
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
 from scapulohumeral.templates import page_template
@@ -113,9 +113,8 @@ def cause(diagnosis: Diagnosis) -> str:
 
 def left(diagnosis: Diagnosis) -> str:
     """What the most probable cause leaves."""
-    told = (remark for remark in diagnosis.warnings if remark.startswith(SOMETHING_LEFT))
-    remark = next(told, "nothing that shows, once the most probable cause is added")
-    return f"{remark}."
+    remark = said_to_be_left(diagnosis.warnings)
+    return f"{remark or 'nothing that shows, once the most probable cause is added'}."
 
 
 def described(candidate: Candidate) -> str:

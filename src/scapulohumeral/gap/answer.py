@@ -129,7 +129,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         candidates=causes,
         none_p=p.none,
         no_gap_p=p.no_gap,
-        set90=posterior.credible_set(p),
+        set90=posterior.set90(p, evidence.settings.weighing, found.judged.circumstances),
         classes=candidates.effect_classes(found.judged.groups, p, splitting),
         shrinkage=explained,
         next_trial=_next_trial(found),
@@ -239,7 +239,8 @@ def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
     return [
         ErrorsRow(error="stiffness", value=best.hypothesis.stiffness),
         ErrorsRow(error="other_movement_deg", value=best.moved_deg),
-        ErrorsRow(error="session_share", value=evidence.session_share),
+        ErrorsRow(error="marker_share", value=evidence.session_shares.markers),
+        ErrorsRow(error="electrode_share", value=evidence.session_shares.electrodes),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
         ErrorsRow(error=MISFIT, value=judged.circumstances.misfit),
     ]

@@ -20,6 +20,7 @@ from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
+from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
 from scapulohumeral.gap.residual.unknown_input import unknown_inputs
 from scapulohumeral.gap.settings import GapSettings
@@ -108,7 +109,7 @@ def assemble(
         unknown_inputs=unknown_inputs(signatures, functions, records.channels, settings.noise.emg),
         referenced=bool(records.reference),
         of_one_person=records.of_one_person,
-        session_share=1.0,
+        session_shares=SessionShares(1.0, 1.0),
         settings=settings,
         known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},
         fits={},

@@ -121,8 +121,8 @@ class ErrorsRow(NamedTuple):
     """What is most probable of the person and the errors.
 
     Stiffness with which the person keeps a movement and standard deviation of another movement
-    [deg], both beside the best effect; share of what sessions are assumed to change, signature
-    error; `MISFIT`, see `isolation.misfit`.
+    [deg], both beside the best effect; shares of what sessions are assumed to change of markers
+    and of electrodes; signature error; `MISFIT`, see `isolation.misfit`.
     """
 
     error: str
@@ -140,7 +140,8 @@ class HypothesesRow(NamedTuple):
     """What the probability of an answer was made of, in natural logarithms.
 
     `log_predictive` is the sum over tasks of their density given the others; None with one task.
-    `useless`: how much is predicted in vain [1].
+    `useless`: how much is predicted in vain [1]. `moves`: log odds that the movement was done
+    differently as well; 0 for what is no cause.
     """
 
     label: str
@@ -148,6 +149,7 @@ class HypothesesRow(NamedTuple):
     log_evidence: float
     log_predictive: float | None
     useless: float
+    moves: float
 
 
 class DirectionsRow(NamedTuple):

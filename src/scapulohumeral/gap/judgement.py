@@ -17,6 +17,7 @@ from scapulohumeral.gap.isolation.laplace import fit, task_agreement
 from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
+from scapulohumeral.gap.isolation.suppositions import log_odds_of_moving
 from scapulohumeral.gap.labels import FRAMES, JOIN, MOVED, NO_GAP, NONE, family
 from scapulohumeral.gap.left_over import LeftOver, left_over
 from scapulohumeral.gap.residual.residual import Residual
@@ -184,9 +185,15 @@ def _scores(
     logs = {**{f.label: f.log_evidence for f in fits}, **others}
     vain = {f.label: in_vain(f, evidence.residuals[f.moved_deg]) for f in fits}
     ways = {f.label: f.directions for f in found.integrated}
+    moves = log_odds_of_moving(found.every, evidence.suppositions)
     scores = {
         label: Score(
-            float(np.log(prior[label])), log, None, vain.get(label, 0.0), ways.get(label, ())
+            log_prior=float(np.log(prior[label])),
+            log_evidence=log,
+            log_predictive=None,
+            useless=vain.get(label, 0.0),
+            moves=moves.get(label, 0.0),
+            directions=ways.get(label, ()),
         )
         for label, log in logs.items()
     }
@@ -305,6 +312,7 @@ def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:
             log_evidence=score.log_evidence,
             log_predictive=score.log_predictive,
             useless=score.useless,
+            moves=score.moves,
         )
         for label, score in judged.scores.items()
     ]

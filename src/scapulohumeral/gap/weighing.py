@@ -11,7 +11,7 @@ from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
 
-SCHEMA = "gap-calibration/3"
+SCHEMA = "gap-calibration/4"
 # Weights of the file, and those that were in use before them.
 WEIGHTS, BEFORE = "weights", "before"
 # More units of log probability than this decide no more than it does.
@@ -32,13 +32,16 @@ class Weighing:
     misled : share of all probability that goes by what is believed before any data
     foreign : share of all probability that belongs to none of these, beside what evidence says: a
         cause that is not in the library often looks like one that is
-    moved : share of what is left that belongs to another movement, where that is an answer
+    moved : share of what is left that belongs to another movement, where that is an answer and the
+        first cause needs another movement beside it
+    moving : power of the odds by which the first cause needs that
     fading : power of their odds against the first cause by which both shares fall where evidence is
         for that cause; with 0 they stay
     silent, silent_motion, silent_alone : least probability of no gap where none is found and the p
         value is 1: with reference trials and EMG or joint force, with reference trials of motion
         alone, without reference trials
     silent_power : power of the p value by which the odds of that are multiplied
+    least : probability from which on an answer belongs to the 90 % set
     """
 
     evidence: float
@@ -48,11 +51,13 @@ class Weighing:
     misled: float
     foreign: float
     moved: float
+    moving: float
     fading: float
     silent: float
     silent_motion: float
     silent_alone: float
     silent_power: float
+    least: float
 
     def __post_init__(self) -> None:
         """Refuse what is no weight."""
@@ -60,13 +65,18 @@ class Weighing:
             most = MOST_USELESS if name == "useless" else 1.0
             if not 0.0 <= value <= most:
                 raise ConfigError(f"{name}: {value}; expected 0 to {most:g}. Calibrate again.")
-        if self.evidence + self.held_out <= 0.0:
+        if self.whole <= 0.0:
             raise ConfigError("evidence and held_out: 0; expected one above 0. Calibrate again.")
+
+    @property
+    def whole(self) -> float:
+        """Weight of evidence on the whole."""
+        return self.evidence + self.held_out
 
     @property
     def temperature(self) -> float:
         """By what log evidence is divided on the whole: intervals widen by its square root."""
-        return 1.0 / (self.evidence + self.held_out)
+        return 1.0 / self.whole
 
 
 def read_weighing(path: Path, which: str = WEIGHTS) -> Weighing:

@@ -631,7 +631,7 @@ def compared_on_a_hidden_task(monkeypatch, value, reference, factor=1.0):
     candidate = {"label": label, "parameters": [{"name": "gain_factor", "value": value}]}
     names = channel_names(whole.channels, False)
     factors = pd.DataFrame(factor, index=[label], columns=names)
-    errors = pd.Series({"stiffness": 1.0, "session_share": 1.0})
+    errors = pd.Series({"stiffness": 1.0, "marker_share": 1.0, "electrode_share": 1.0})
     there, removed = hidden_task._compared(
         whole, hidden, candidate, factors, errors, None, SETTINGS
     )

@@ -228,11 +228,23 @@ def test_the_page_says_where_the_floor_comes_from(source, words):
 
 
 def test_the_page_says_what_was_assumed_of_person_and_sessions():
-    values = {"stiffness": 10.0, "session_share": 0.25, "signature_error": 0.3, "misfit": 1.7}
+    values = {
+        "stiffness": 10.0,
+        "marker_share": 0.25,
+        "electrode_share": 0.5,
+        "signature_error": 0.3,
+        "misfit": 1.7,
+    }
     table = pd.DataFrame({"error": list(values), "value": list(values.values())})
     done = diagnosis()
     page = render_report(replace(done, curves={**done.curves, "errors": table}), "")
-    told = ("10 times as firmly", "differ by 0.25 of", "off by 0.3 of their", "leaves 1.7 times")
+    told = (
+        "10 times as firmly",
+        "markers and posture by 0.25 of",
+        "electrodes by 0.5 of",
+        "off by 0.3 of their",
+        "leaves 1.7 times",
+    )
     for words in told:
         assert words in page
     assert "Causes are compared by" not in render_report(done, "")

@@ -19,11 +19,13 @@ WEIGHTS = {
     "misled": 0.1,
     "foreign": 0.1,
     "moved": 0.1,
+    "moving": 0.1,
     "fading": 0.2,
     "silent": 0.9,
     "silent_motion": 0.6,
     "silent_alone": 0.7,
     "silent_power": 0.5,
+    "least": 0.02,
 }
 
 
@@ -57,7 +59,7 @@ def test_what_is_no_weight_is_refused(tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/3"),
+        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/4"),
         ({"held_out": None}, "held_out"),
         ({"misled": "much"}, "much"),
         ({"misled": [0.1]}, "list"),

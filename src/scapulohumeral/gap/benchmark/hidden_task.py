@@ -33,7 +33,7 @@ from scapulohumeral.gap.recording.case import Case, ContactSeries, EmgSeries, Ga
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import channel_kind, difference, phase_functions
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
-from scapulohumeral.gap.residual.noise import total_covariance
+from scapulohumeral.gap.residual.noise import SessionShares, total_covariance
 from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
@@ -129,7 +129,8 @@ def _compared(
     `factors` has effects as rows and channels as columns, `errors` what the diagnosis found of
     person and sessions.
     """
-    stiffness, share = float(errors["stiffness"]), float(errors["session_share"])
+    stiffness = float(errors["stiffness"])
+    shares = SessionShares(float(errors["marker_share"]), float(errors["electrode_share"]))
     records = read_records(case, model, settings, [])
     effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
@@ -141,7 +142,7 @@ def _compared(
     spread, base = None, mean_record
     if not records.reference:
         of_task, base = of_task.of_residual(), of_task.nominal
-        spread = (settings.model, records.channels)
+        spread = settings.model
     functions = phase_functions(settings.nodes, settings.phase_functions)
     noise = repeat_noise(records, functions, settings)
     # As exact as the difference between means of the visible trials of one task.
@@ -150,7 +151,9 @@ def _compared(
     repeats = one * sum(len(records.test) / len(trials) for trials in sides)
     residual = Residual(
         delta=compress([difference(test, base)], functions),
-        covariance=total_covariance(repeats, [of_task], functions, spread, share),
+        covariance=total_covariance(
+            repeats, [of_task], functions, records.channels, spread, shares
+        ),
         noise=repeats,
         functions=functions,
         tasks=("hidden",),

@@ -26,7 +26,12 @@ from scapulohumeral.gap.isolation.suppositions import (
 from scapulohumeral.gap.labels import GLR, MOVED, NO_GAP, NONE, ON_RECORD
 from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import TrialDifference
-from scapulohumeral.gap.residual.noise import Noise, smooth_share, total_covariance
+from scapulohumeral.gap.residual.noise import (
+    Noise,
+    SessionShares,
+    smooth_share,
+    total_covariance,
+)
 from scapulohumeral.gap.residual.other_movement import SIZES_DEG, other_movement
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, unknown_input_evidence
@@ -62,7 +67,7 @@ class Evidence:
     unknown_inputs : smooth disturbances
     referenced : whether the difference is that to reference trials, else to the prediction
     of_one_person : whether a person made both movements, who may keep them or make others
-    session_share : most probable share of what sessions are assumed to change
+    session_shares : most probable shares of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
     known : all effects at the nominal solutions, by stiffness
     fits : all effects fitted to derivatives at the nominal solutions, under each supposition
@@ -79,7 +84,7 @@ class Evidence:
     unknown_inputs: UnknownInputs
     referenced: bool
     of_one_person: bool
-    session_share: float
+    session_shares: SessionShares
     settings: GapSettings
     known: Mapping[float, tuple[Hypothesis, ...]]
     fits: Fits
@@ -136,29 +141,28 @@ def _smooth(residuals: Mapping[float, Residual], columns: np.ndarray) -> float:
 
 
 class _Errors(NamedTuple):
-    """Shares of what sessions change, and of the signature error."""
+    """Shares of what sessions change, of markers and of electrodes, and of the signature error."""
 
-    session: float
+    markers: float
+    electrodes: float
     signature: float
 
 
 def most_probable(evidence: Evidence) -> Evidence:
-    """Evidence with the most probable share of what sessions change and of the signature error.
+    """Evidence with the most probable shares of what sessions change and of the signature error.
 
     Their density is that of the difference with all explanations, pairs included, or what one of
     two effects leaves would count as an error. They are tried one after the other, with the size of
     another movement that is most probable before: they hardly depend on each other.
     """
     loosest = next(iter(evidence.known))
-    first = _assumed(evidence, _Errors(1.0, 1.0))
+    best = _Errors(1.0, 1.0, 1.0)
+    first = _assumed(evidence, best)
     sizes = {s: _density(_with_fits(first, [Supposition(loosest, s)])) for s in first.residuals}
     size = max(sizes, key=lambda s: sizes[s])
-    best, density = _Errors(1.0, 1.0), sizes[size]
-    # Without reference trials the model's own error counts far more than what sessions change.
-    sessions = SESSION_SHARES[1:] if evidence.referenced else ()
-    trials = [(share, 1.0) for share in sessions] + [(None, share) for share in ERROR_SHARES[1:]]
-    for session, signature in trials:
-        errors = _Errors(best.session if session is None else session, signature)
+    density = sizes[size]
+    for name, share in _less_assumed(evidence):
+        errors = best._replace(**{name: share})
         one = _with_fits(_assumed(evidence, errors), [Supposition(loosest, size)])
         if (other := _density(one)) > density:
             best, density = errors, other
@@ -167,8 +171,21 @@ def most_probable(evidence: Evidence) -> Evidence:
     found = _with_fits(found, found.suppositions)
     base = found.residual
     singles = (replace(t, residual=_single(found, t.residual, base)) for t in found.trials)
-    whole = _with_sessions(replace(evidence, session_share=1.0), evidence.residual)
+    everything = replace(evidence, session_shares=SessionShares(1.0, 1.0))
+    whole = _with_sessions(everything, evidence.residual)
     return replace(found, cautious=whole, trials=tuple(singles))
+
+
+def _less_assumed(evidence: Evidence) -> list[tuple[str, float]]:
+    """Smaller shares that are tried, by name of what they are of."""
+    # Without reference trials the model's own error counts far more than what sessions change.
+    sessions = SESSION_SHARES[1:] if evidence.referenced else ()
+    electrodes = sessions if "emg" in {kind.name for kind in evidence.residual.kinds} else ()
+    return [
+        *(("electrodes", share) for share in electrodes),
+        *(("markers", share) for share in sessions),
+        *(("signature", share) for share in ERROR_SHARES[1:]),
+    ]
 
 
 def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
@@ -176,7 +193,7 @@ def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
     signature = errors.signature * evidence.settings.signature_error
     evidence = replace(
         evidence,
-        session_share=errors.session,
+        session_shares=SessionShares(errors.markers, errors.electrodes),
         settings=replace(evidence.settings, signature_error=signature),
     )
     base = _compared(evidence, evidence.residual)
@@ -204,10 +221,11 @@ def _compared(evidence: Evidence, c: Residual) -> Residual:
 
 def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
     """A comparison with what sessions change, and without reference the model's own error."""
-    model = None if evidence.referenced else (evidence.settings.model, c.channels)
+    model = None if evidence.referenced else evidence.settings.model
     signatures = [r for r in evidence.signatures if r.task in c.tasks]
-    share = evidence.session_share
-    covariance = total_covariance(c.noise, signatures, c.functions, model, share)
+    covariance = total_covariance(
+        c.noise, signatures, c.functions, c.channels, model, evidence.session_shares
+    )
     return replace(c, covariance=covariance)
 
 

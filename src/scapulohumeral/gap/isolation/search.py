@@ -34,6 +34,9 @@ AT_ONCE = 2
 # as much as any did. In two golden cases and one of the benchmark 14 new solutions added up to 0.16
 # of it where there was EMG, and up to 0.07 to motion alone.
 ADDED = 0.35
+# Effects between simulations that are solved again at most, the strongest first: each takes 8 s,
+# and an answer is due within three minutes on two cores.
+MOST_OF_SIMULATIONS = 24
 # Units of log probability that effects may stay behind the strongest even so: what is left of
 # their probability is below a hundredth of its.
 BEHIND = 5.0
@@ -77,14 +80,16 @@ def fit_all(
     yielding person add more to them.
 
     A simulation does what its model solves: there a new solution counts whatever the derivative
-    promised, and all that do not stay far behind are solved again.
+    promised, and of those that do not stay far behind the strongest are solved again, of whatever
+    family.
     """
     by_person = dict(evidence.fits)
     # Without reference trials the prediction follows errors of the record: small, so linear.
     able = [f for f in evidence.screened if _may_change(f, evidence)]
     told = _Told(evidence)
     simulated = evidence.settings.of_simulations
-    for count in (len(able),) if simulated else _rounds(evidence.settings.short_list):
+    most = (MOST_OF_SIMULATIONS,) if simulated else _rounds(evidence.settings.short_list)
+    for count in most:
         again = told.next(able, count)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
         jobs = [(told.alternatives(f), evidence, model) for f in again]
@@ -153,7 +158,7 @@ class _Told:
             f.with_evidence(f.log_evidence + self.gains.get(family(f.label), 0.0)) for f in left
         ]
         ranked = strongest(expected, self.evidence.prior, len(expected))
-        if not self.done and count < len(able):
+        if not self.done and not self.evidence.settings.of_simulations:
             best = {family(f.label): f for f in reversed(ranked)}
             ranked = [f for f in ranked if best[family(f.label)] is f]
         labels = {f.label for f in ranked[:count]}

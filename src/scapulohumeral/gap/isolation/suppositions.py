@@ -16,6 +16,8 @@ from scipy.special import logsumexp
 
 from scapulohumeral.gap.isolation.hypothesis import Fit
 
+# Log odds beyond which nothing is doubted: fits under other suppositions were not even looked for.
+UNDOUBTED = 30.0
 # Prior probability that the movement was done differently as well. People answer what acts on
 # their body by moving in another way about as often as not; what acts on the record, they do not
 # know of. ASSUME, before any case.
@@ -45,17 +47,43 @@ def integrated(fits: Iterable[Fit], every: Sequence[Supposition]) -> list[Fit]:
     fits : under any of the suppositions, of one label at most once under each
     every : suppositions that count
     """
+    return [_integrated(group, every) for group in _by_label(fits)]
+
+
+def log_odds_of_moving(fits: Iterable[Fit], every: Sequence[Supposition]) -> dict[str, float]:
+    """By label, log odds that the movement was done differently as well, if that is the cause.
+
+    Parameters are those of :func:`integrated`.
+    """
+    return {group[0].label: _odds(group, every) for group in _by_label(fits)}
+
+
+def _by_label(fits: Iterable[Fit]) -> list[list[Fit]]:
     groups: dict[str, list[Fit]] = defaultdict(list)
     for one in fits:
         groups[one.label].append(one)
-    return [_integrated(group, every) for group in groups.values()]
+    return list(groups.values())
 
 
 def _integrated(group: Sequence[Fit], every: Sequence[Supposition]) -> Fit:
-    body = any(effect.changes_body for effect in group[0].hypothesis.effects)
-    logs = np.array([f.log_evidence + log_weight(supposed(f), every, body) for f in group])
+    logs = _logs(group, every)
     best = group[int(np.argmax(logs))]
     return best.with_evidence(float(logsumexp(logs)))
+
+
+def _odds(group: Sequence[Fit], every: Sequence[Supposition]) -> float:
+    logs = _logs(group, every)
+    moved = np.array([f.moved_deg > 0.0 for f in group])
+    if moved.all() or not moved.any():
+        return UNDOUBTED if moved.all() else -UNDOUBTED
+    odds = float(logsumexp(logs[moved]) - logsumexp(logs[~moved]))
+    return float(np.clip(odds, -UNDOUBTED, UNDOUBTED))
+
+
+def _logs(group: Sequence[Fit], every: Sequence[Supposition]) -> np.ndarray:
+    """Log evidence of fits of one label, with the prior of their suppositions."""
+    body = any(effect.changes_body for effect in group[0].hypothesis.effects)
+    return np.array([f.log_evidence + log_weight(supposed(f), every, body) for f in group])
 
 
 def log_weight(one: Supposition, every: Sequence[Supposition], body: bool) -> float:

@@ -28,7 +28,8 @@ COSTS = {
 ASSUMED = {
     "stiffness": "the person keeps a movement {} times as firmly as the model follows recordings",
     "other_movement_deg": "another movement was intended, by {} deg (0: the same one)",
-    "session_share": "two sessions differ by {} of the configured spread",
+    "marker_share": "two sessions differ in markers and posture by {} of the configured spread",
+    "electrode_share": "in electrodes by {} of it",
     MISFIT: "the likeliest explanation leaves {} times the square of what errors were taken to be",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }

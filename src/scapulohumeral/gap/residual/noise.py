@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -29,6 +30,21 @@ LEAST_SCALE = 0.02
 # What repeats say of their full covariance counts for at most this share beside the model of it:
 # few repeats do not pin a covariance.
 OWN_SHAPE = 0.5
+
+
+class SessionShares(NamedTuple):
+    """Shares of what sessions are assumed to change, by what is put on again.
+
+    Electrodes may stay where they are while markers move, and the other way round.
+
+    Attributes
+    ----------
+    markers : of segment frames and of the posture, which motion is seen by
+    electrodes : of gain, offset and timing of EMG
+    """
+
+    markers: float
+    electrodes: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +220,9 @@ def total_covariance(
     noise: np.ndarray,
     signatures: Sequence[TaskSignatures],
     functions: np.ndarray,
-    model: tuple[ModelSpread, Sequence[str]] | None,
-    share: float,
+    channels: Sequence[str],
+    model: ModelSpread | None,
+    shares: SessionShares,
 ) -> np.ndarray:
     """Covariance (D, D) of a difference without any effect.
 
@@ -214,20 +231,22 @@ def total_covariance(
     noise : (D, D) of the mean differences between repeats
     signatures : of the tasks, with nuisances and what nobody measured
     functions : (N, B)
-    model : spread of the model's own error and names of the channels; None with reference trials
-    share : of the nuisances' standard deviations
+    channels : (K,) names
+    model : spread of the model's own error; None with reference trials
+    shares : of the nuisances' standard deviations
     """
     total = noise.copy()
     posture = [compress([of_task.posture], functions) for of_task in signatures]
-    total += share**2 * block_diag(*(columns @ columns.T for columns in posture))
+    total += shares.markers**2 * block_diag(*(columns @ columns.T for columns in posture))
     # Not a matter of sessions: no share of it is taken.
     unmeasured = [compress([of_task.unmeasured], functions) for of_task in signatures]
     total += block_diag(*(columns @ columns.T for columns in unmeasured))
-    session = compress([of_task.session for of_task in signatures], functions)
-    total += share**2 * session @ session.T
+    of_emg = np.array([channel_kind(name) == "emg" for name in channels])
+    by_channel = np.where(of_emg, shares.electrodes, shares.markers)
+    session = compress([of_task.session * by_channel for of_task in signatures], functions)
+    total += session @ session.T
     if model is not None:
-        spread, channels = model
-        levels = np.array([deviation(spread, name) for name in channels])
+        levels = np.array([deviation(model, name) for name in channels])
         variances = _variances(levels, functions, 2.0)
         total += np.diag(np.tile(variances.ravel(), len(signatures)))
     return total

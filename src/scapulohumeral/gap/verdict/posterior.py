@@ -1,4 +1,4 @@
-"""From evidence to probabilities, and the credible set.
+"""From evidence to probabilities, and the 90 % set.
 
 Probabilities hold if the cause is in the library, and as far as their weights are calibrated.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import logsumexp, softmax
+from scipy.special import expit, logsumexp, softmax
 
 from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE
@@ -35,6 +35,7 @@ class Score:
     log_evidence : of the whole difference
     log_predictive : of each task given the others; None with one task
     useless : how much it predicts in vain, from 0 to 1 and beyond: see `judgement.in_vain`
+    moves : log odds that the movement was done differently as well, if this is the cause
     directions : of its parameters, as the whole difference tells them
     """
 
@@ -42,6 +43,7 @@ class Score:
     log_evidence: float
     log_predictive: float | None
     useless: float = 0.0
+    moves: float = 0.0
     directions: tuple[Direction, ...] = ()
 
     @cached_property
@@ -57,7 +59,7 @@ class Score:
         """
         held_out = self.best if self.log_predictive is None else self.log_predictive
         of_data = weighing.evidence * self.best + weighing.held_out * held_out
-        cost = _cost(self.directions, weighing.evidence + weighing.held_out)
+        cost = _cost(self.directions, weighing.whole)
         return self.log_prior + of_data + cost - weighing.useless * self.useless
 
     def with_more(self, log_evidence: float) -> Score:
@@ -134,6 +136,11 @@ class Circumstances:
     p_value: float
     misfit: float
 
+    @property
+    def heard(self) -> bool:
+        """Whether evidence is for or against causes: a gap, or its absence where muscles show."""
+        return self.present or self.told
+
 
 def probabilities(
     scores: Mapping[str, Score], weighing: Weighing, case: Circumstances
@@ -170,10 +177,12 @@ def posterior(
         name: float((1.0 - weighing.misled) * p + weighing.misled * before[name] / believed)
         for name, p in found.items()
     }
-    first = max(logs[name] for name in labels if name != MOVED)
-    for answer, share in ((MOVED, weighing.moved), (NONE, weighing.foreign)):
+    first = max((name for name in labels if name != MOVED), key=lambda name: logs[name])
+    # Another movement is no answer where its likeliest rival explains the same movement.
+    otherwise = float(expit(weighing.moving * scores[first].moves))
+    for answer, share in ((MOVED, weighing.moved * otherwise), (NONE, weighing.foreign)):
         if answer in mixed:
-            behind = min(logs[answer] - first, 0.0)
+            behind = min(logs[answer] - logs[first], 0.0)
             mixed = _kept_for(answer, share * float(np.exp(weighing.fading * behind)), mixed)
     whole = {name: (1.0 - nothing) * p for name, p in mixed.items()}
     return Posterior({name: whole[name] for name in labels}, whole[NONE], nothing)
@@ -212,21 +221,26 @@ def heard(weighing: Weighing, case: Circumstances) -> Weighing:
     in it. Causes, another movement among them, then stay as probable as before any data. Evidence
     counts by so much less as the likeliest explanation leaves more than assumed.
     """
-    if not (case.present or case.told):
+    if not case.heard:
         weighing = replace(weighing, misled=1.0, foreign=0.0, moved=0.0)
     evidence, held_out = weighing.evidence / case.misfit, weighing.held_out / case.misfit
     return replace(weighing, evidence=evidence, held_out=held_out)
 
 
-def credible_set(found: Posterior) -> tuple[str, ...]:
-    """The most probable answers that together reach 90 % of the posterior probability.
+def set90(found: Posterior, weighing: Weighing, case: Circumstances) -> tuple[str, ...]:
+    """Answers that are not excluded, the most probable first: nine in ten such sets hold the truth.
 
-    A credible set: nothing outside of the model of the case vouches for how often it holds the
-    truth, which the score card of blind cases measures. Answers as probable as its last one belong
-    to it too: which of equals comes first is rounding.
+    These are all that are as probable as truths of nine in ten opened cases were: of sets that hold
+    as many, those with the fewest answers (Sadinle et al. 2019, J Am Stat Assoc 114: 223-234).
+    Where evidence is not heard nothing excludes a cause: then these are the most probable ones that
+    together reach 90 % of the probability. Answers as probable as the last one belong to it too:
+    which of equals comes first is rounding.
     """
     every = found.every
     ordered = sorted(every, key=lambda label: -every[label])
-    total = np.cumsum([every[label] for label in ordered])
-    least = every[ordered[int(np.searchsorted(total, COVERAGE))]] * (1.0 - TIED)
+    least = weighing.least
+    if not case.heard:
+        total = np.cumsum([every[label] for label in ordered])
+        least = every[ordered[int(np.searchsorted(total, COVERAGE))]]
+    least = min(least, every[ordered[0]]) * (1.0 - TIED)
     return tuple(label for label in ordered if every[label] >= least)

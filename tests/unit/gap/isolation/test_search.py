@@ -5,8 +5,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from gap_movement import CHANNELS
 from gap_movement import SETTINGS as USUAL
-from made_up_hypotheses import DAMPING, EFFECTS, MASS, SIZE, hypothesis, noise, residual
+from made_up_hypotheses import (
+    DAMPING,
+    EFFECTS,
+    FUNCTIONS,
+    MASS,
+    SIZE,
+    TASKS,
+    hypothesis,
+    noise,
+    residual,
+)
 from scipy.special import logsumexp
 
 from scapulohumeral.gap.isolation import empirical_bayes, search
@@ -17,6 +28,9 @@ from scapulohumeral.gap.isolation.pairs import paired
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.isolation.suppositions import Supposition, integrated, supposed
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
+from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS
+from scapulohumeral.gap.residual.noise import SessionShares
+from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
 
 pytestmark = pytest.mark.unit
@@ -32,7 +46,7 @@ COLUMNS = np.random.default_rng(6).normal(size=(SIZE, 4))
 
 
 def supposed_residuals(same=SAME):
-    moved = same.covariance + np.diag(np.linspace(0.0, 0.5, SIZE))
+    moved = same.covariance + np.diag(np.linspace(0.0, 0.5, len(same.delta)))
     return {0.0: same, 6.0: replace(same, covariance=moved, moved_deg=6.0)}
 
 
@@ -52,7 +66,7 @@ def bare(same=SAME, **known):
         "unknown_inputs": SimpleNamespace(columns=COLUMNS),
         "referenced": True,
         "of_one_person": True,
-        "session_share": 1.0,
+        "session_shares": SessionShares(1.0, 1.0),
         "settings": SETTINGS,
         "known": {1.0: LOOSE, 10.0: FIRM},
         "fits": {},
@@ -210,29 +224,39 @@ def test_what_is_no_effect_is_integrated_over_other_movements():
     assert others_of({0.0: SAME}, COLUMNS)[NONE] == pytest.approx(smooth[0.0])
 
 
-@pytest.mark.parametrize(("scale", "share"), [(1.0, 1.0), (0.5, 0.5), (0.25, 0.25)])
-def test_sessions_change_as_much_as_is_most_probable(monkeypatch, scale, share):
-    """Signature errors and other movements are asked for beside; the cautious comparison is not."""
-    noise_ = 0.01 * np.eye(SIZE)
-    delta = scale * np.random.default_rng(30).normal(size=SIZE)
-    same = replace(residual(delta), covariance=noise_, noise=noise_)
+@pytest.mark.parametrize(
+    ("markers", "electrodes"), [(1.0, 1.0), (0.5, 0.5), (0.25, 1.0), (1.0, 0.25)]
+)
+def test_sessions_change_as_much_as_is_most_probable(monkeypatch, markers, electrodes):
+    """Markers and electrodes each by a share; signature errors and other movements are asked for
+    beside; the cautious comparison has all of both."""
+    names = (*KINEMATIC_CHANNELS, *CHANNELS)
+    size = len(FUNCTIONS.T) * len(TASKS) * len(names)
+    of_emg = np.tile(np.repeat([name in CHANNELS for name in names], len(FUNCTIONS.T)), len(TASKS))
+    noise_ = 0.01 * np.eye(size)
+    scale = np.where(of_emg, electrodes, markers)
+    delta = scale * np.random.default_rng(31).normal(size=size)
+    degrees = (8.0,) * len(TASKS)
+    same = Residual(delta, noise_, noise_, FUNCTIONS, TASKS, names, degrees)
 
-    def total(noise__, signatures, functions, model, share_):
-        assert model is None
-        return noise__ + share_**2 * np.eye(len(noise__))
+    def total(noise__, signatures, functions, channels, model, shares):
+        assert (channels, model) == (names, None)
+        return noise__ + np.diag(np.where(of_emg, shares.electrodes, shares.markers) ** 2)
 
     monkeypatch.setattr(empirical_bayes, "total_covariance", total)
     monkeypatch.setattr(
-        empirical_bayes, "other_movement", lambda base, *_: np.ones((SIZE, SIZE)) / SIZE
+        empirical_bayes, "other_movement", lambda base, *_: np.ones((size, size)) / size
     )
     monkeypatch.setattr(empirical_bayes, "SIZES_DEG", (6.0,))
-    found = empirical_bayes.most_probable(bare(same, residuals={0.0: same}))
-    assert found.session_share == share
-    np.testing.assert_allclose(np.diag(found.residual.covariance), 0.01 + share**2)
+    columns = SimpleNamespace(columns=np.random.default_rng(6).normal(size=(size, 4)))
+    start = bare(same, residuals={0.0: same}, known={1.0: ()}, unknown_inputs=columns)
+    found = empirical_bayes.most_probable(start)
+    assert found.session_shares == (markers, electrodes)
+    np.testing.assert_allclose(np.diag(found.residual.covariance), 0.01 + scale**2)
     np.testing.assert_allclose(np.diag(found.cautious.covariance), 1.01)
     assert set(found.residuals) == {0.0, 6.0}
     moved = found.residuals[6.0].covariance - found.residual.covariance
-    np.testing.assert_allclose(moved, 36.0 / SIZE, atol=1e-9)
+    np.testing.assert_allclose(moved, 36.0 / size, atol=1e-9)
     assert set(found.fits) == set(found.suppositions)
 
 

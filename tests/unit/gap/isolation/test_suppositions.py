@@ -10,8 +10,10 @@ from scapulohumeral.gap.isolation.hypothesis import pair
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.isolation.suppositions import (
     OTHER_MOVEMENT,
+    UNDOUBTED,
     Supposition,
     integrated,
+    log_odds_of_moving,
     log_weight,
     supposed,
 )
@@ -102,3 +104,23 @@ def test_each_label_is_integrated_by_itself():
     ]
     found = {f.label: f.log_evidence for f in integrated(fits, EVERY)}
     assert found == pytest.approx({DAMPING.label: -1.0, MASS.label: -2.0})
+
+
+def test_odds_of_another_movement_are_those_of_its_suppositions():
+    logs = dict(zip(EVERY, np.random.default_rng(3).normal(-40.0, 3.0, len(EVERY)), strict=True))
+    fits = [made(DAMPING, one, log) for one, log in logs.items()]
+    parts = {True: 0.0, False: 0.0}
+    for one, log in logs.items():
+        parts[one.moved_deg > 0.0] += np.exp(log + log_weight(one, EVERY, body=True))
+    found = log_odds_of_moving(fits, EVERY)
+    assert found == {DAMPING.label: pytest.approx(np.log(parts[True] / parts[False]))}
+
+
+def test_what_was_fitted_under_one_movement_alone_is_not_doubted():
+    """Nor are odds that no data can have."""
+    every = [Supposition(1.0, 0.0), Supposition(1.0, 6.0)]
+    same, other = (made(MASS, one, 0.0) for one in every)
+    assert log_odds_of_moving([same], every) == {MASS.label: -UNDOUBTED}
+    assert log_odds_of_moving([other], every) == {MASS.label: UNDOUBTED}
+    sure = log_odds_of_moving([same, other.with_evidence(1e4)], every)
+    assert sure == {MASS.label: UNDOUBTED}

@@ -1,6 +1,7 @@
 """Noise between repeats: of a case, of other people, and of where in the movement a trial is."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,9 +20,11 @@ from scapulohumeral.gap.residual.noise import (
     LEAST_SCALE,
     OWN_SHAPE,
     Repeats,
+    SessionShares,
     deviation,
     draws,
     timing,
+    total_covariance,
     trial_noise,
 )
 from scapulohumeral.gap.residual.residual import Residual, compress
@@ -249,3 +252,29 @@ def test_some_channels_keep_their_curves_and_their_covariance():
     np.testing.assert_allclose(part.curves(part.delta), some[..., 10:])
     np.testing.assert_allclose(part.spread, whole.spread[..., 10:])
     assert part.channels == CHANNELS
+
+
+def test_markers_and_electrodes_change_by_shares_of_their_own():
+    """Posture and frames count by the share of markers, also where EMG follows a posture."""
+    rng = generator(40)
+    size = (1, NODES, len(NAMES))
+    motion = np.array([name not in CHANNELS for name in NAMES])
+    frame, gain = (rng.normal(size=size) * of for of in (motion, ~motion))
+    task = SimpleNamespace(
+        session=np.concatenate([frame, gain]),
+        posture=rng.normal(size=size),
+        unmeasured=np.zeros((0, NODES, len(NAMES))),
+    )
+    nothing = np.zeros((len(NAMES) * FUNCTIONS.shape[1],) * 2)
+
+    def covariance(*shares):
+        return total_covariance(nothing, [task], FUNCTIONS, NAMES, None, SessionShares(*shares))
+
+    def outer(curve):
+        column = compress([curve], FUNCTIONS)
+        return column @ column.T
+
+    np.testing.assert_allclose(
+        covariance(0.5, 0.0), 0.25 * (outer(frame) + outer(task.posture)), atol=1e-9
+    )
+    np.testing.assert_allclose(covariance(0.0, 0.5), 0.25 * outer(gain), atol=1e-9)

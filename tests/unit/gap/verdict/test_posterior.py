@@ -14,10 +14,10 @@ from scapulohumeral.gap.verdict.posterior import (
     Circumstances,
     Posterior,
     Score,
-    credible_set,
     heard,
     no_gap_range,
     posterior,
+    set90,
     unknown_is_likelier,
 )
 from scapulohumeral.gap.weighing import Weighing
@@ -32,11 +32,13 @@ PLAIN = Weighing(
     misled=0.0,
     foreign=0.0,
     moved=0.0,
+    moving=0.5,
     fading=0.0,
     silent=0.8,
     silent_motion=0.6,
     silent_alone=0.7,
     silent_power=0.5,
+    least=0.02,
 )
 FREE = (0.0, 1.0)
 WITH_GAP = Circumstances(present=True, referenced=True, told=True, p_value=1.0, misfit=1.0)
@@ -53,6 +55,11 @@ def scores(predictive=None, **evidence):
         dict.fromkeys(PRIOR) if predictive is None else {**dict.fromkeys(PRIOR, 0.0), **predictive}
     )
     return {name: Score(float(np.log(p)), logs[name], told[name]) for name, p in PRIOR.items()}
+
+
+def moving(answers, odds):
+    """The same answers with log odds that the movement was another one as well."""
+    return {name: replace(score, moves=odds) for name, score in answers.items()}
 
 
 def total(found):
@@ -188,7 +195,7 @@ def test_a_cause_that_is_not_in_the_library_may_look_like_one_that_is():
 
 def test_people_may_have_moved_otherwise_whatever_evidence_says():
     weighing = replace(PLAIN, foreign=0.3, moved=0.5)
-    told = {**scores(a=50.0), MOVED: Score(np.log(0.1), -50.0, None)}
+    told = moving({**scores(a=50.0), MOVED: Score(np.log(0.1), -50.0, None)}, 100.0)
     found = posterior(told, weighing, (0.1, 0.1))
     assert found.labels[MOVED] == pytest.approx(0.9 * 0.7 * 0.5)
     assert found.labels["a"] == pytest.approx(0.9 * 0.7 * 0.5)
@@ -197,11 +204,23 @@ def test_people_may_have_moved_otherwise_whatever_evidence_says():
     assert posterior(scores(a=50.0), weighing, (0.1, 0.1)).labels["a"] == pytest.approx(0.9 * 0.7)
 
 
+@pytest.mark.parametrize("odds", [-8.0, 0.0, 3.0])
+def test_another_movement_is_an_answer_as_far_as_the_first_cause_needs_one_beside_it(odds: float):
+    """Odds count by a weight of their own, those of other causes do not."""
+    weighing = replace(PLAIN, moved=0.8, moving=0.25)
+    told = {**scores(a=50.0), MOVED: Score(np.log(0.1), -500.0, None)}
+    told |= {"a": replace(told["a"], moves=odds), "b": replace(told["b"], moves=30.0)}
+    found = posterior(told, weighing, FREE)
+    assert found.labels[MOVED] == pytest.approx(0.8 / (1.0 + np.exp(-0.25 * odds)))
+    assert total(found) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("lead", [-5.0, 0.0, 8.0])
 def test_shares_that_are_kept_fade_with_the_odds_of_the_first_cause(lead: float):
     """By their power, and not where evidence is against that cause."""
     weighing = replace(PLAIN, foreign=0.3, moved=0.5)
-    told = {**scores(a=50.0 + lead, none=50.0), MOVED: Score(np.log(0.3), 50.0, None)}
+    answers = {**scores(a=50.0 + lead, none=50.0), MOVED: Score(np.log(0.3), 50.0, None)}
+    told = moving(answers, 100.0)
     fades = posterior(told, replace(weighing, fading=0.25), FREE)
     bare = posterior(told, PLAIN, FREE)
     odds = {"none": np.exp(lead) * PRIOR["a"] / PRIOR["none"], MOVED: np.exp(lead)}
@@ -234,20 +253,31 @@ def test_what_cannot_be_told_from_a_label_shares_what_is_doubted_as_it_is_probab
     assert found.doubted("b", ["c"]) == found
 
 
-def test_the_credible_set_is_the_smallest_that_reaches_its_coverage():
+def test_the_set_holds_what_is_as_probable_as_most_truths_were():
     found = Posterior({"a": 0.5, "b": 0.04, "c": 0.17}, none=0.25, no_gap=0.04)
-    assert credible_set(found) == ("a", "none", "c")
+    told = replace(PLAIN, least=0.17)
+    assert set90(found, told, WITH_GAP) == ("a", "none", "c")
+    assert set90(found, replace(told, least=0.18), WITH_GAP) == ("a", "none")
+    assert set90(found, replace(told, least=0.9), SILENT) == ("a",)
+
+
+def test_where_no_evidence_is_heard_the_set_is_the_smallest_that_reaches_its_coverage():
+    still = replace(SILENT, told=False)
+    told = replace(PLAIN, least=0.2)
+    found = Posterior({"a": 0.5, "b": 0.04, "c": 0.17}, none=0.25, no_gap=0.04)
+    assert set90(found, told, still) == ("a", "none", "c")
     assert 0.5 + 0.25 < COVERAGE < 0.5 + 0.25 + 0.17
-    assert credible_set(Posterior({"a": 0.95}, none=0.05, no_gap=0.0)) == ("a",)
+    assert set90(Posterior({"a": 0.95}, none=0.05, no_gap=0.0), told, still) == ("a",)
     alone = Posterior({"a": 0.21, "b": 0.08}, none=0.0, no_gap=0.71)
-    assert credible_set(alone) == ("no_gap", "a")
+    assert set90(alone, told, still) == ("no_gap", "a")
 
 
+@pytest.mark.parametrize("case", [WITH_GAP, replace(SILENT, told=False)])
 @pytest.mark.parametrize("rounding", [0.0, 1e-15, -1e-15, 1e-9, -1e-9])
-def test_equally_probable_answers_are_in_the_credible_set_together(rounding: float):
+def test_equally_probable_answers_are_in_the_set_together(case: Circumstances, rounding: float):
     tied = {"a": 0.85, "b": 0.03, "c": 0.03 + rounding, "d": 0.03 - rounding, "e": 0.02}
     found = Posterior(tied, none=0.04, no_gap=0.0)
-    assert set(credible_set(found)) == {"a", "none", "b", "c", "d"}
+    assert set(set90(found, replace(PLAIN, least=0.03), case)) == {"a", "none", "b", "c", "d"}
 
 
 def test_motion_without_a_gap_names_no_cause():

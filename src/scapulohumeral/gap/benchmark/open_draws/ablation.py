@@ -20,7 +20,7 @@ from scapulohumeral.gap.benchmark.open_draws.calibrate import FLOOR
 from scapulohumeral.gap.benchmark.open_draws.open_cases import open_case, read_scored_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.labels import family, matches
-from scapulohumeral.gap.verdict.posterior import Posterior, credible_set
+from scapulohumeral.gap.verdict.posterior import set90
 from scapulohumeral.gap.weighing import Weighing
 
 METHODS = ("prior_only", "rule_based", "cosine", "per_sample_bic", "screening")
@@ -106,8 +106,9 @@ def _is_right(label: str, case: ScoredCase) -> bool:
 
 
 def _by_evidence(case: ScoredCase, weighing: Weighing) -> tuple[dict[str, float], tuple[str, ...]]:
-    found: Posterior = open_case("", case).probabilities(weighing)
-    return found.every, credible_set(found)
+    opened = open_case("", case)
+    found = opened.probabilities(weighing)
+    return found.every, set90(found, weighing, opened.about)
 
 
 def _by_answer(case: ScoredCase) -> tuple[dict[str, float], Sequence[str]]:

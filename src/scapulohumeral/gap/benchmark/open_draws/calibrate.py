@@ -21,11 +21,11 @@ from scipy.special import expit, logit
 from scapulohumeral.gap.benchmark.metrics import calibration_error, of_families, reliability
 from scapulohumeral.gap.benchmark.open_draws.open_cases import OpenCase
 from scapulohumeral.gap.labels import NO_GAP, family
-from scapulohumeral.gap.verdict.posterior import no_gap_range
+from scapulohumeral.gap.verdict.posterior import COVERAGE, no_gap_range
 from scapulohumeral.gap.weighing import BEFORE, SCHEMA, WEIGHTS, Weighing, read_weighing
 
 # Fitted to answers with a gap.
-FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved", "fading")
+FITTED = ("evidence", "held_out", "unknown", "misled", "foreign", "moved", "moving", "fading")
 # Beyond these, all evidence or none would count: no number of cases speaks for that.
 LEAST, MOST = 0.01, 0.99
 # Log odds by which fitted weights are expected to differ from those in use: earlier draws chose
@@ -33,6 +33,7 @@ LEAST, MOST = 0.01, 0.99
 SPREAD = 1.0
 FOLDS = 5
 BINS = 5
+ROUNDING = 1e-9
 # Probability below which a truth counts no less: one case must not decide alone.
 FLOOR = 1e-3
 
@@ -96,6 +97,19 @@ def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
     return _with_odds(weighing, names, solved.x)
 
 
+def least_of_truths(judged: Sequence[tuple[OpenCase, Weighing]]) -> float:
+    """Probability from which on answers belong to the 90 % set, so that nine in ten hold the truth.
+
+    The quantile of a finite sample (Sadinle et al. 2019, J Am Stat Assoc 114: 223-234), each case
+    with weights that were fitted without it. Of sets that do not go by it, because no evidence is
+    heard, those that miss the truth are among the one in ten. Zero for too few cases.
+    """
+    truths = sorted(case.p_best(w) for case, w in judged if case.about.heard)
+    missed = sum(not case.held(w) for case, w in judged if not case.about.heard)
+    below = int((1.0 - COVERAGE) * (len(judged) + 1) + ROUNDING) - missed
+    return float(truths[min(below, len(truths)) - 1]) if truths and below > 0 else 0.0
+
+
 def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:
     """Mean log probability of what is right."""
     return float(np.mean([np.log(max(case.p_truth(weighing), FLOOR)) for case in cases]))
@@ -152,7 +166,7 @@ def calibrate(cases: Sequence[OpenCase], start: Weighing, out: Path) -> Weighing
     out : file to write, see `weighing.read_weighing`
     """
     judged = left_out(cases, start)
-    found = fitted(cases, start)
+    found = replace(fitted(cases, start), least=least_of_truths(judged))
     bins = reliability(first_families(judged), BINS)
     scores = [np.log(max(case.p_truth(weighing), FLOOR)) for case, weighing in judged]
     draws = list(dict.fromkeys(case.draw for case in cases))

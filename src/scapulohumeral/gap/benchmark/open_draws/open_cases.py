@@ -7,7 +7,7 @@ two small tables (``config/gap/opened``), so that weights can be fitted again, w
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from scapulohumeral.gap.verdict.posterior import (
     Score,
     heard,
     probabilities,
+    set90,
 )
 from scapulohumeral.gap.weighing import Weighing
 
@@ -63,8 +64,21 @@ class OpenCase:
 
     def p_truth(self, weighing: Weighing) -> float:
         """Probability of what is right."""
+        return sum(self._right(weighing))
+
+    def p_best(self, weighing: Weighing) -> float:
+        """Probability of the most probable right answer."""
+        return max(self._right(weighing), default=0.0)
+
+    def held(self, weighing: Weighing) -> bool:
+        """Whether the 90 % set holds a right answer."""
+        labels = set90(self.probabilities(weighing), weighing, self.about)
+        return any(matches(label, right) for label in labels for right in self.right)
+
+    def _right(self, weighing: Weighing) -> list[float]:
+        """Probability of each right answer."""
         every = self.probabilities(weighing).every
-        return sum(p for label, p in every.items() if any(matches(label, r) for r in self.right))
+        return [p for label, p in every.items() if any(matches(label, r) for r in self.right)]
 
 
 def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
@@ -194,8 +208,11 @@ def read_opened(folder: Path) -> list[OpenCase]:
 def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
     """Scores of labels that decide what is probable, all others as one, and all other pairs.
 
-    Where no gap was found, evidence for one cause or another decides nothing.
+    Where no gap was found, evidence for one cause or another decides nothing; where none is heard
+    either, priors decide what belongs to the 90 % set, so that each label counts.
     """
+    if not case.about.heard:
+        return {label: replace(score, directions=()) for label, score in case.scores.items()}
     counting = heard(weighing, case.about)
     logs = {label: score.log_weight(counting) for label, score in case.scores.items()}
     together = (ELSEWHERE, PAIRS_ELSEWHERE)
@@ -214,8 +231,9 @@ def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
     for name, labels in rest.items():
         log_prior = float(logsumexp([case.scores[label].log_prior for label in labels]))
         of_data = float(logsumexp([logs[label] for label in labels])) - log_prior
-        log = of_data / (counting.evidence + counting.held_out)
-        kept[name] = Score(log_prior, log, log)
+        log = of_data / counting.whole
+        likeliest = case.scores[max(labels, key=lambda label: logs[label])]
+        kept[name] = Score(log_prior, log, log, moves=likeliest.moves)
     return kept
 
 
@@ -228,6 +246,7 @@ def _written(score: Score) -> dict[str, Any]:
         "log_evidence": round(score.log_evidence, 2),
         "log_predictive": None if predictive is None else round(predictive, 2),
         "useless": round(score.useless, 5),
+        "moves": round(score.moves, 3),
         "directions": ways,
     }
 
@@ -246,5 +265,6 @@ def _score(row: Mapping[Hashable, Any], directions: tuple[Direction, ...]) -> Sc
         log_evidence=float(row["log_evidence"]),
         log_predictive=None if np.isnan(predictive) else float(predictive),
         useless=float(row["useless"]),
+        moves=float(row["moves"]),
         directions=directions,
     )

@@ -13,6 +13,7 @@ from scapulohumeral.gap.benchmark.open_draws.calibrate import (
     FITTED,
     calibrate,
     fitted,
+    least_of_truths,
     left_out,
     log_score,
     loss,
@@ -21,6 +22,7 @@ from scapulohumeral.gap.benchmark.open_draws.calibrate import (
 from scapulohumeral.gap.benchmark.open_draws.open_cases import read_opened
 from scapulohumeral.gap.cli import main
 from scapulohumeral.gap.labels import NO_GAP, NONE
+from scapulohumeral.gap.verdict.posterior import Circumstances
 from scapulohumeral.gap.weighing import BEFORE, read_weighing
 
 pytestmark = pytest.mark.unit
@@ -44,6 +46,37 @@ def test_few_cases_do_not_move_weights_far() -> None:
     few, many = (fitted([open_case(20.0, (NONE,))] * n, START) for n in (1, 100))
     assert START.foreign < few.foreign < 0.2
     assert many.foreign > 0.8
+
+
+@pytest.mark.parametrize("count", [8, 9, 40, 200])
+def test_nine_in_ten_further_truths_are_as_probable_as_the_least_of_a_set(count: int) -> None:
+    """Whatever the cases are: of as many and one more any may be the further one."""
+    rng = np.random.default_rng(count)
+    evidence = rng.normal(0.0, 8.0, count + 1)
+    cases = [open_case(x, (TEAR, GAIN), draw=str(i)) for i, x in enumerate(evidence)]
+    judged = [(case, START) for case in cases]
+    held = [
+        case.p_best(START) >= least_of_truths([*judged[:i], *judged[i + 1 :]])
+        for i, (case, _) in enumerate(judged)
+    ]
+    assert 0.9 <= np.mean(held) <= 0.9 + 1.0 / (count + 1) + 1e-9 or count < 9 and all(held)
+
+
+def test_sets_that_go_by_no_evidence_count_as_they_hold_the_truth() -> None:
+    """Sets of the other cases may miss as many truths more as these miss fewer than one in ten."""
+    about = Circumstances(False, referenced=True, told=False, p_value=0.5, misfit=1.0)
+    heard = [(open_case(float(x)), START) for x in range(39)]
+    truths = sorted(case.p_best(START) for case, _ in heard)
+    assert least_of_truths(heard) == truths[3]
+    # All of these sets hold "no gap", and none this cause.
+    still, wrong = (
+        [(replace(open_case(-40.0, right, False), about=about), START)] * 10
+        for right in ((NO_GAP,), ("body/x/1",))
+    )
+    assert least_of_truths([*heard, *still]) == truths[4]
+    assert least_of_truths([*heard, *wrong]) == least_of_truths(still) == 0.0
+    both = open_case(0.0, (TEAR, GAIN))
+    assert both.p_best(START) == pytest.approx(0.5 * both.p_truth(START))
 
 
 def test_both_right_answers_count() -> None:

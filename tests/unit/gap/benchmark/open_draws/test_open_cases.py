@@ -24,7 +24,10 @@ def with_many(present=True):
     """Beside two rivals forty labels, and forty pairs, that are improbable each."""
     case = open_case(5.0, present=present, p_value=0.3)
     ways = (Direction(9.0, 0.5), Direction(2.0, 1.5))
-    others = {f"body/x/{i}": Score(-6.0, -0.1 * i, -0.2 * i, directions=ways) for i in range(40)}
+    others = {
+        f"body/x/{i}": Score(-6.0, -0.1 * i, -0.2 * i, moves=0.2 * i, directions=ways)
+        for i in range(40)
+    }
     pairs = {f"body/x/{i} + {GAIN}": Score(-9.0, 9.0, 8.0, 0.01) for i in range(40)}
     return replace(case, scores={**case.scores, **others, **pairs})
 

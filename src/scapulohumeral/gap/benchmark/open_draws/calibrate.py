@@ -12,7 +12,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import minimize
@@ -33,6 +33,8 @@ LEAST, MOST = 0.01, 0.99
 SPREAD = 1.0
 FOLDS = 5
 BINS = 5
+# A simplex stalls in eight weights: by 0.018 units of log probability on 70 gaps.
+METHOD: Final = "L-BFGS-B"
 ROUNDING = 1e-9
 # Probability below which a truth counts no less: one case must not decide alone.
 FLOOR = 1e-3
@@ -50,8 +52,7 @@ def fitted(cases: Sequence[OpenCase], start: Weighing) -> Weighing:
         def of_odds(x: np.ndarray) -> float:
             return loss(gaps, _with_odds(start, FITTED, x), start)
 
-        options: Any = {"maxiter": 1500, "xatol": 0.02, "fatol": 1e-4}
-        solved = minimize(of_odds, _log_odds(start, FITTED), method="Nelder-Mead", options=options)
+        solved = minimize(of_odds, _log_odds(start, FITTED), method=METHOD)
         found = _with_odds(start, FITTED, solved.x)
     return _with_silences(found, cases)
 
@@ -92,8 +93,7 @@ def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
         least = [(no_gap_range(tried, about)[0], right) for about, right in seen]
         return _departure(x, first) - sum(np.log(p if right else 1.0 - p) for p, right in least)
 
-    options: Any = {"maxiter": 4000, "xatol": 1e-4, "fatol": 1e-6}
-    solved = minimize(of_odds, first, method="Nelder-Mead", options=options)
+    solved = minimize(of_odds, first, method=METHOD)
     return _with_odds(weighing, names, solved.x)
 
 

@@ -282,6 +282,19 @@ def test_of_simulations_solutions_count_and_all_that_come_near_are_solved(eviden
     assert list(lost.values()) == pytest.approx([9.0] * len(near))
 
 
+@pytest.mark.parametrize("most", [1, 2])
+def test_of_simulations_the_strongest_are_solved_of_whatever_family(evidence, monkeypatch, most):
+    """As many as an answer has time for, and all at once: none waits for what others tell."""
+    simulated = replace(evidence.settings, of_simulations=True)
+    monkeypatch.setattr(search, "MOST_OF_SIMULATIONS", most)
+    monkeypatch.setattr(search, "BEHIND_OF_SIMULATIONS", 1e6)
+    monkeypatch.setattr(search, "family", lambda label: "the same")
+    asked = solving(monkeypatch, 9.0)
+    fit_all(replace(evidence, settings=simulated), None, 1, [])
+    ranked = [f.label for f in strongest(evidence.screened, evidence.prior, most)]
+    assert {label for label, *_ in asked} == set(ranked)
+
+
 def test_a_stiffness_without_solution_is_not_tried_again_in_the_family(evidence):
     told = search._Told(evidence)
     [first] = strongest(evidence.screened, evidence.prior, 1)

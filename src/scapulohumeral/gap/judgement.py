@@ -111,8 +111,7 @@ def judge(
     if MOVED in others:
         fits.append(movement_fit(evidence.residuals, others[MOVED]))
     scores = _scores(evidence, found, fits, others, weighing)
-    excess = misfit(fits, evidence.residuals, evidence.settings.signature_error)
-    case = _circumstances(evidence, is_there, excess)
+    case = _circumstances(evidence, is_there, fits)
     p = posterior.probabilities(scores, weighing, case)
     best = next(f for f in fits if f.label == p.first)
     weighing = posterior.heard(weighing, case)
@@ -123,8 +122,9 @@ def judge(
     if present:
         left = left_over(best, evidence, inflation, seed)
         untold = _untold(evidence, p)
-        gain = _predicted_gain(scores, best.label, excess)
-        undecided = _unproven(explained, gain, agreement) or untold or _unknown(scores, weighing)
+        gain = _predicted_gain(scores, best.label, case.misfit)
+        proof = _unproven(best.label, explained, gain, agreement)
+        undecided = proof or untold or _unknown(scores, weighing)
         rivals = _movements(evidence, p, best.label) if untold else ()
         doubtful = undecided or _is_part(best, left)
         p = p.doubted(best.label, rivals) if doubtful else p
@@ -148,14 +148,14 @@ def judge(
     )
 
 
-def _circumstances(evidence: Evidence, is_there: Presence, excess: float) -> Circumstances:
-    """What of a case decides how its evidence counts; `excess` is the misfit."""
+def _circumstances(evidence: Evidence, is_there: Presence, fits: Sequence[Fit]) -> Circumstances:
+    """What of a case decides how its evidence counts."""
     return Circumstances(
         present=is_there.present,
         referenced=evidence.referenced,
         told=motion_is_told(evidence),
         p_value=is_there.p_value,
-        misfit=excess,
+        misfit=misfit(fits, evidence.residuals, evidence.settings.signature_error),
     )
 
 
@@ -251,20 +251,22 @@ def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> f
     return 0.0 if own is None or nothing is None else (own - nothing) / excess
 
 
-def _unproven(explained: Explained | None, gain: float, agreement: float | None) -> str:
+def _unproven(label: str, explained: Explained | None, gain: float, agreement: float | None) -> str:
     """Why the first cause is not named, by data that it was not fitted to; empty if it is.
 
-    Where the gap is in few channels, all of them together hardly exceed the floor, so that there is
-    no share to remove: then the density of tasks left out is the proof.
+    Another movement of one task says nothing of other tasks: its proof is a trial left out. Where
+    the gap is in few channels, all of them together hardly exceed the floor, so that there is no
+    share to remove: then the density of tasks left out is the proof.
     """
     if explained is None:
         return ""
     shares = explained.shrinkage
-    held_out = shares.new_task or shares.held_out_trial
+    new_task = None if label == MOVED else shares.new_task
+    held_out = new_task or shares.held_out_trial
     if held_out is None and gain <= STRONG:
         return NOTHING_HELD_OUT
     if held_out is not None and held_out.value <= 0.0:
-        where = "task" if shares.new_task else "trial"
+        where = "task" if new_task else "trial"
         return (
             f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
         )

@@ -65,16 +65,18 @@ def removing(new_task: float | None, trial: float | None = None) -> SimpleNamesp
 
 
 def test_a_cause_is_proven_by_what_it_removes_of_the_gap_on_tasks_left_out() -> None:
-    assert _unproven(removing(0.4), 0.0, 0.5) == ""
-    assert "on a task left out" in _unproven(removing(-0.1, 0.4), 9.0 * STRONG, 0.5)
-    assert "on a trial left out" in _unproven(removing(None, -0.1), 9.0 * STRONG, 0.5)
-    assert "different amplitudes" in _unproven(removing(0.4), 0.0, 0.5 * DISAGREEING)
+    assert _unproven(LOAD, removing(0.4), 0.0, 0.5) == ""
+    assert "on a task left out" in _unproven(LOAD, removing(-0.1, 0.4), 9.0 * STRONG, 0.5)
+    assert "on a trial left out" in _unproven(LOAD, removing(None, -0.1), 9.0 * STRONG, 0.5)
+    assert "different amplitudes" in _unproven(LOAD, removing(0.4), 0.0, 0.5 * DISAGREEING)
 
 
 def test_where_a_gap_is_in_few_channels_the_density_of_tasks_left_out_is_the_proof() -> None:
-    assert _unproven(removing(None), 0.9 * STRONG, 0.5) == NOTHING_HELD_OUT
-    assert _unproven(removing(None), 1.1 * STRONG, 0.5) == ""
-    assert "different amplitudes" in _unproven(removing(None), 1.1 * STRONG, 0.5 * DISAGREEING)
+    assert _unproven(LOAD, removing(None), 0.9 * STRONG, 0.5) == NOTHING_HELD_OUT
+    assert _unproven(LOAD, removing(None), 1.1 * STRONG, 0.5) == ""
+    assert "different amplitudes" in _unproven(
+        LOAD, removing(None), 1.1 * STRONG, 0.5 * DISAGREEING
+    )
 
 
 def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() -> None:
@@ -83,3 +85,10 @@ def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() ->
     assert _predicted_gain(scores, LOAD, 2.0) == pytest.approx(5.0)
     one_task = {LOAD: Score(0.0, 9.0, None), NO_GAP: Score(0.0, 0.0, None)}
     assert _predicted_gain(one_task, LOAD, 1.0) == 0.0
+
+
+def test_another_movement_is_proven_by_a_trial_of_the_same_task():
+    """Of one task it says nothing of others, so that it removes nothing there."""
+    assert _unproven(MOVED, removing(-0.3, 0.9), 0.0, None) == ""
+    assert "on a trial left out" in _unproven(MOVED, removing(0.4, -0.1), 9.0 * STRONG, None)
+    assert _unproven(MOVED, removing(0.4, None), 0.9 * STRONG, None) == NOTHING_HELD_OUT

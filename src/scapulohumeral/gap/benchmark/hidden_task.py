@@ -129,8 +129,7 @@ def _compared(
     `factors` has effects as rows and channels as columns, `errors` what the diagnosis found of
     person and sessions.
     """
-    stiffness = float(errors["stiffness"])
-    shares = SessionShares(float(errors["marker_share"]), float(errors["electrode_share"]))
+    stiffness, shares = float(errors["stiffness"]), _shares(errors)
     records = read_records(case, model, settings, [])
     effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
@@ -149,11 +148,10 @@ def _compared(
     sides = [trials for trials in (case.test, case.reference) if trials]
     one = np.mean(list(noise.covariances.values()), axis=0)
     repeats = one * sum(len(records.test) / len(trials) for trials in sides)
+    whole = total_covariance(repeats, [of_task], functions, records.channels, spread, shares)
     residual = Residual(
         delta=compress([difference(test, base)], functions),
-        covariance=total_covariance(
-            repeats, [of_task], functions, records.channels, spread, shares
-        ),
+        covariance=whole,
         noise=repeats,
         functions=functions,
         tasks=("hidden",),
@@ -176,3 +174,8 @@ def _compared(
         of_person = factors.loc[effect.label, list(records.channels)].to_numpy()
         change += compress([of_person * own], functions)
     return residual, change
+
+
+def _shares(errors: pd.Series) -> SessionShares:
+    """What a diagnosis found most probable of the sessions."""
+    return SessionShares(float(errors["marker_share"]), float(errors["electrode_share"]))

@@ -129,7 +129,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         candidates=causes,
         none_p=p.none,
         no_gap_p=p.no_gap,
-        set90=posterior.set90(p, evidence.settings.weighing, found.judged.circumstances),
+        set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
         classes=candidates.effect_classes(found.judged.groups, p, splitting),
         shrinkage=explained,
         next_trial=_next_trial(found),

@@ -73,6 +73,7 @@ class Judged:
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     explained, left : how far the best shrinks the gap, and what it leaves; None without a gap
     undecided : why no cause is named; empty if one is
+    told : whether data tell what may have been the cause from what may not
     temperature : by which all evidence was divided on the whole
     circumstances : of the case
     """
@@ -89,6 +90,7 @@ class Judged:
     explained: Explained | None
     left: LeftOver | None
     undecided: str
+    told: bool
     temperature: float
     circumstances: Circumstances
 
@@ -118,7 +120,7 @@ def judge(
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
     explained = explain(best, evidence, seed) if present else None
-    left, undecided = None, ""
+    left, undecided, untold = None, "", ""
     if present:
         left = left_over(best, evidence, inflation, seed)
         untold = _untold(evidence, p)
@@ -143,6 +145,7 @@ def judge(
         explained=explained,
         left=left,
         undecided=undecided,
+        told=case.heard and not untold,
         temperature=weighing.temperature,
         circumstances=case,
     )

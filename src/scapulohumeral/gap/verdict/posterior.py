@@ -227,19 +227,19 @@ def heard(weighing: Weighing, case: Circumstances) -> Weighing:
     return replace(weighing, evidence=evidence, held_out=held_out)
 
 
-def set90(found: Posterior, weighing: Weighing, case: Circumstances) -> tuple[str, ...]:
+def set90(found: Posterior, weighing: Weighing, told: bool) -> tuple[str, ...]:
     """Answers that are not excluded, the most probable first: nine in ten such sets hold the truth.
 
     These are all that are as probable as truths of nine in ten opened cases were: of sets that hold
     as many, those with the fewest answers (Sadinle et al. 2019, J Am Stat Assoc 114: 223-234).
-    Where evidence is not heard nothing excludes a cause: then these are the most probable ones that
-    together reach 90 % of the probability. Answers as probable as the last one belong to it too:
-    which of equals comes first is rounding.
+    Where data do not tell causes apart, nothing excludes one: then these are the most probable ones
+    that together reach 90 % of the probability. Answers as probable as the last one belong to it
+    too: which of equals comes first is rounding.
     """
     every = found.every
     ordered = sorted(every, key=lambda label: -every[label])
     least = weighing.least
-    if not case.heard:
+    if not told:
         total = np.cumsum([every[label] for label in ordered])
         least = every[ordered[int(np.searchsorted(total, COVERAGE))]]
     least = min(least, every[ordered[0]]) * (1.0 - TIED)

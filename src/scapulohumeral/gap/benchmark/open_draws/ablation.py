@@ -108,7 +108,7 @@ def _is_right(label: str, case: ScoredCase) -> bool:
 def _by_evidence(case: ScoredCase, weighing: Weighing) -> tuple[dict[str, float], tuple[str, ...]]:
     opened = open_case("", case)
     found = opened.probabilities(weighing)
-    return found.every, set90(found, weighing, opened.about)
+    return found.every, set90(found, weighing, opened.about.heard)
 
 
 def _by_answer(case: ScoredCase) -> tuple[dict[str, float], Sequence[str]]:

@@ -72,7 +72,7 @@ class OpenCase:
 
     def held(self, weighing: Weighing) -> bool:
         """Whether the 90 % set holds a right answer."""
-        labels = set90(self.probabilities(weighing), weighing, self.about)
+        labels = set90(self.probabilities(weighing), weighing, self.about.heard)
         return any(matches(label, right) for label in labels for right in self.right)
 
     def _right(self, weighing: Weighing) -> list[float]:

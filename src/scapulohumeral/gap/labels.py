@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 def family(label: str) -> str:
     """``side/family`` of a label; pairs, none and no_gap stay as they are."""
@@ -14,6 +16,11 @@ def matches(label: str, truth: str) -> bool:
         return False
     members = [name.split("/")[2] for name in (label, truth) if name.count("/") >= 2]
     return len(members) < 2 or members[0] == members[1] or "all" in members
+
+
+def matches_any(label: str, truths: Iterable[str]) -> bool:
+    """Whether a label names any of several truths."""
+    return any(matches(label, truth) for truth in truths)
 
 
 NONE, NO_GAP = "none", "no_gap"

@@ -12,7 +12,7 @@ import pandas as pd
 from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.metrics import probabilities
-from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, matches
+from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, matches_any
 from scapulohumeral.gap.result import read_result
 
 COLUMNS = (
@@ -99,25 +99,21 @@ def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
         "p_value": answer["gap"]["p_value"],
         "first": first,
         "first_p": p[first],
-        "right": _is_one_of(first, right),
-        "in_set90": any(_is_one_of(label, right) for label in answer["set90"]),
+        "right": matches_any(first, right),
+        "in_set90": any(matches_any(label, right) for label in answer["set90"]),
         "in_pair90": any(
-            _is_one_of(member, right)
+            matches_any(member, right)
             for label in answer["set90"]
             if JOIN in label
             for member in label.split(JOIN)
         ),
         "set_size": len(answer["set90"]),
-        "truth_p": sum(value for label, value in p.items() if _is_one_of(label, right)),
+        "truth_p": sum(value for label, value in p.items() if matches_any(label, right)),
         "none_p": p[NONE],
         "no_gap_p": p[NO_GAP],
         "unexplained": unexplained.get(first),
         "held_out": _held_out(answer["shrinkage"]),
     }
-
-
-def _is_one_of(label: str, truth: Sequence[str]) -> bool:
-    return any(matches(label, one) for one in truth)
 
 
 def _held_out(shrinkage: Mapping[str, Any] | None) -> float | None:

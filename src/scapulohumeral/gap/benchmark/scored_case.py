@@ -12,7 +12,7 @@ from typing import Any
 from scapulohumeral.gap.benchmark.metrics import family_probabilities, probabilities
 from scapulohumeral.gap.benchmark.rules_of_thumb import baseline_families
 from scapulohumeral.gap.explained import reducible_share
-from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, family, matches
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, family, matches, matches_any
 from scapulohumeral.gap.left_over import said_to_be_left
 
 LARGE_MULTIPLE = 2.0
@@ -228,7 +228,7 @@ def _covered(case: ScoredCase) -> bool | None:
     if case.status == "pair" or case.answer is None or case.answer["status"] == "failed":
         return None
     chosen = case.answer["set90"]
-    return any(matches(label, right) for label in chosen for right in case.right)
+    return any(matches_any(label, case.right) for label in chosen)
 
 
 def _none_p(case: ScoredCase) -> float:

@@ -88,8 +88,8 @@ def fit_all(
     able = [f for f in evidence.screened if _may_change(f, evidence)]
     told = _Told(evidence)
     simulated = evidence.settings.of_simulations
-    most = (MOST_OF_SIMULATIONS,) if simulated else _rounds(evidence.settings.short_list)
-    for count in most:
+    rounds = [MOST_OF_SIMULATIONS] if simulated else _rounds(evidence.settings.short_list)
+    for count in rounds:
         again = told.next(able, count)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
         jobs = [(told.alternatives(f), evidence, model) for f in again]

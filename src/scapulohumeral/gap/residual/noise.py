@@ -147,10 +147,15 @@ def _expected(
     levels = np.array([deviation(prior, name) for name in channels])
     if mean.emg is not None:
         heights = np.sqrt(np.mean(mean.emg**2, axis=0))
-        of_emg = [channel_kind(name) == "emg" for name in channels]
+        of_emg = _of_emg(channels)
         levels[of_emg] = np.hypot(levels[of_emg], prior.emg_relative * heights)
     columns = timing(mean, functions, prior.phase_shift)
     return np.diag(_variances(levels, functions, 1.0).ravel()) + columns @ columns.T
+
+
+def _of_emg(channels: Sequence[str]) -> np.ndarray:
+    """Which channels are EMG, (K,)."""
+    return np.array([channel_kind(name) == "emg" for name in channels])
 
 
 def deviation(spread: NoisePrior | ModelSpread, channel: str) -> float:
@@ -241,8 +246,7 @@ def total_covariance(
     # Not a matter of sessions: no share of it is taken.
     unmeasured = [compress([of_task.unmeasured], functions) for of_task in signatures]
     total += block_diag(*(columns @ columns.T for columns in unmeasured))
-    of_emg = np.array([channel_kind(name) == "emg" for name in channels])
-    by_channel = np.where(of_emg, shares.electrodes, shares.markers)
+    by_channel = np.where(_of_emg(channels), shares.electrodes, shares.markers)
     session = compress([of_task.session * by_channel for of_task in signatures], functions)
     total += session @ session.T
     if model is not None:

@@ -19,7 +19,7 @@ from scapulohumeral.gap.benchmark.metrics import of_families, probabilities, rat
 from scapulohumeral.gap.benchmark.open_draws.calibrate import FLOOR
 from scapulohumeral.gap.benchmark.open_draws.open_cases import open_case, read_scored_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
-from scapulohumeral.gap.labels import family, matches
+from scapulohumeral.gap.labels import family, matches_any
 from scapulohumeral.gap.verdict.posterior import set90
 from scapulohumeral.gap.weighing import Weighing
 
@@ -82,9 +82,9 @@ def _row(stage: str, cases: Sequence[ScoredCase], judge: Judge) -> dict[str, Any
     for case in cases:
         p, chosen = judge(case)
         named.append(next(iter(of_families(p))) in map(family, case.right))
-        right = sum(x for label, x in p.items() if _is_right(label, case))
+        right = sum(x for label, x in p.items() if matches_any(label, case.right))
         logs.append(np.log(max(right, FLOOR)))
-        held.append(any(_is_right(label, case) for label in chosen))
+        held.append(any(matches_any(label, case.right) for label in chosen))
         sizes.append(len(chosen))
     return {
         "stage": stage,
@@ -99,10 +99,6 @@ def _hits(named: Sequence[bool]) -> dict[str, Any]:
     found = rate(named)
     low, high = found["wilson95"] or (None, None)
     return {"right": found["hits"], "cases": found["n"], "low": low, "high": high}
-
-
-def _is_right(label: str, case: ScoredCase) -> bool:
-    return any(matches(label, right) for right in case.right)
 
 
 def _by_evidence(case: ScoredCase, weighing: Weighing) -> tuple[dict[str, float], tuple[str, ...]]:

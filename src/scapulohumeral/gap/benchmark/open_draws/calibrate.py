@@ -35,6 +35,7 @@ FOLDS = 5
 BINS = 5
 # A simplex stalls in eight weights: by 0.018 units of log probability on 70 gaps.
 METHOD: Final = "L-BFGS-B"
+# A tenth of a number of cases falls short of it by less.
 ROUNDING = 1e-9
 # Probability below which a truth counts no less: one case must not decide alone.
 FLOOR = 1e-3

@@ -20,7 +20,7 @@ from scapulohumeral.gap.benchmark.protocol import BlindFiles, opened_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import MISFIT, read_table
 from scapulohumeral.gap.isolation.hypothesis import Direction
-from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE, matches
+from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE, matches_any
 from scapulohumeral.gap.verdict.posterior import (
     Circumstances,
     Posterior,
@@ -73,12 +73,12 @@ class OpenCase:
     def held(self, weighing: Weighing) -> bool:
         """Whether the 90 % set holds a right answer."""
         labels = set90(self.probabilities(weighing), weighing, self.about.heard)
-        return any(matches(label, right) for label in labels for right in self.right)
+        return any(matches_any(label, self.right) for label in labels)
 
     def _right(self, weighing: Weighing) -> list[float]:
         """Probability of each right answer."""
         every = self.probabilities(weighing).every
-        return [p for label, p in every.items() if any(matches(label, r) for r in self.right)]
+        return [p for label, p in every.items() if matches_any(label, self.right)]
 
 
 def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
@@ -212,6 +212,7 @@ def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
     either, priors decide what belongs to the 90 % set, so that each label counts.
     """
     if not case.about.heard:
+        # Without evidence parameters cost nothing either.
         return {label: replace(score, directions=()) for label, score in case.scores.items()}
     counting = heard(weighing, case.about)
     logs = {label: score.log_weight(counting) for label, score in case.scores.items()}
@@ -221,9 +222,7 @@ def near(case: OpenCase, weighing: Weighing) -> dict[str, Score]:
     kept: dict[str, Score] = {}
     rest: dict[str, list[str]] = {}
     for label, score in case.scores.items():
-        answer = label in (NONE, NO_GAP, MOVED) or any(
-            matches(label, right) for right in case.right
-        )
+        answer = label in (NONE, NO_GAP, MOVED) or matches_any(label, case.right)
         if answer or (logs[label] > least and label not in together):
             kept[label] = score
         else:

@@ -8,7 +8,7 @@ from scapulohumeral.gap.verdict.posterior import Circumstances, Score
 from scapulohumeral.gap.weighing import Weighing
 
 TEAR, GAIN = "body/strength_loss/infra", "measurement/emg_gain/EMG_infra"
-START = Weighing(0.2, 0.2, 40.0, 0.33, 0.1, 0.1, 0.1, 0.1, 0.1, 0.87, 0.6, 0.67, 0.5, 0.02)
+START = Weighing(0.2, 0.2, 0.33, 0.1, 0.1, 0.1, 0.1, 0.1, 0.87, 0.6, 0.67, 0.5, 0.02)
 
 
 def open_case(

@@ -140,15 +140,13 @@ class HypothesesRow(NamedTuple):
     """What the probability of an answer was made of, in natural logarithms.
 
     `log_predictive` is the sum over tasks of their density given the others; None with one task.
-    `useless`: how much is predicted in vain [1]. `moves`: log odds that the movement was done
-    differently as well; 0 for what is no cause.
+    `moves`: log odds that the movement was done differently as well; 0 for what is no cause.
     """
 
     label: str
     log_prior: float
     log_evidence: float
     log_predictive: float | None
-    useless: float
     moves: float
 
 

@@ -29,9 +29,6 @@ from scapulohumeral.gap.weighing import Weighing
 # Labels so many units of weighed evidence below the first are not asked to predict held-out tasks:
 # no other task could make up for it.
 HOPELESS = 12.0
-# Share of a difference that the right cause may leave, by errors of its prediction: in six opened
-# blind cases of earlier draws right causes left 0.28 to 0.60, a wrong one 1.04.
-LEFT = 0.6
 # Effects among which variants choose.
 COMPARED_VARIANTS = 15
 # Log density that a cause adds on tasks left out, from which on it is proven: twenty to one, which
@@ -126,7 +123,7 @@ def judge(
         untold = _untold(evidence, p)
         gain = _predicted_gain(scores, best.label, case.misfit)
         proof = _unproven(best.label, explained, gain, agreement)
-        undecided = proof or untold or _unknown(scores, weighing)
+        undecided = proof or untold or _unknown(evidence, scores, weighing)
         rivals = _movements(evidence, p, best.label) if untold else ()
         doubtful = undecided or _is_part(best, left)
         p = p.doubted(best.label, rivals) if doubtful else p
@@ -186,7 +183,6 @@ def _scores(
         MOVED: settings.prior_moved,
     }
     logs = {**{f.label: f.log_evidence for f in fits}, **others}
-    vain = {f.label: in_vain(f, evidence.residuals[f.moved_deg]) for f in fits}
     ways = {f.label: f.directions for f in found.integrated}
     moves = log_odds_of_moving(found.every, evidence.suppositions)
     scores = {
@@ -194,7 +190,6 @@ def _scores(
             log_prior=float(np.log(prior[label])),
             log_evidence=log,
             log_predictive=None,
-            useless=vain.get(label, 0.0),
             moves=moves.get(label, 0.0),
             directions=ways.get(label, ()),
         )
@@ -219,21 +214,6 @@ def _scores(
         label: replace(score, log_predictive=predictive.get(label, least))
         for label, score in scores.items()
     }
-
-
-def in_vain(fitted: Fit, residual: Residual) -> float:
-    """How much of a difference a cause predicts without removing it.
-
-    Errors of a prediction grow with it, so they give evidence even to a cause that shrinks no gap.
-    What a cause leaves beyond :data:`LEFT` of the difference counts, as far as the cause claims to
-    explain it: one that predicts nothing predicts nothing in vain.
-    """
-    white, predicted = residual.whiten(residual.delta), residual.whiten(fitted.predicted)
-    whole = float(white @ white)
-    left = float(np.sum((white - predicted) ** 2)) / whole
-    claimed = min(float(predicted @ predicted) / whole, 1.0)
-    exceeding = np.clip(whole / len(white) - 1.0, 0.0, 1.0)
-    return float(exceeding * claimed * max(left - LEFT, 0.0))
 
 
 def _agreement(
@@ -298,9 +278,15 @@ def _movements(evidence: Evidence, p: Posterior, doubted: str) -> list[str]:
     return [label for label, own in parts.items() if acting & own and not without & own]
 
 
-def _unknown(scores: Mapping[str, Score], weighing: Weighing) -> str:
-    """Why a cause is not named that may be none of these; empty if evidence is for a cause."""
-    return BETTER_UNKNOWN if posterior.unknown_is_likelier(scores, weighing) else ""
+def _unknown(evidence: Evidence, scores: Mapping[str, Score], weighing: Weighing) -> str:
+    """Why a cause is not named that may be none of these; empty if evidence is for a cause.
+
+    A person answers to a known cause in other ways than predicted, and smooth unknown inputs follow
+    that: between trials of one person, what is left of the gap speaks in their place.
+    """
+    if evidence.of_one_person or not posterior.unknown_is_likelier(scores, weighing):
+        return ""
+    return BETTER_UNKNOWN
 
 
 def motion_is_told(evidence: Evidence) -> bool:
@@ -316,7 +302,6 @@ def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:
             log_prior=score.log_prior,
             log_evidence=score.log_evidence,
             log_predictive=score.log_predictive,
-            useless=score.useless,
             moves=score.moves,
         )
         for label, score in judged.scores.items()

@@ -11,23 +11,19 @@ from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
 
-SCHEMA = "gap-calibration/4"
+SCHEMA = "gap-calibration/5"
 # Weights of the file, and those that were in use before them.
 WEIGHTS, BEFORE = "weights", "before"
-# More units of log probability than this decide no more than it does.
-MOST_USELESS = 1000.0
 
 
 @dataclass(frozen=True)
 class Weighing:
-    """Weights of evidence, between 0 and 1 unless something else is said.
+    """Weights of evidence, between 0 and 1.
 
     Attributes
     ----------
     evidence : of the log evidence of all tasks
     held_out : of the log predictive density of tasks given the others
-    useless : units of log probability by which a cause is less probable that predicts as much as
-        the difference and leaves all of it
     unknown : largest probability of none of these that evidence may give
     misled : share of all probability that goes by what is believed before any data
     foreign : share of all probability that belongs to none of these, beside what evidence says: a
@@ -46,7 +42,6 @@ class Weighing:
 
     evidence: float
     held_out: float
-    useless: float
     unknown: float
     misled: float
     foreign: float
@@ -62,9 +57,8 @@ class Weighing:
     def __post_init__(self) -> None:
         """Refuse what is no weight."""
         for name, value in asdict(self).items():
-            most = MOST_USELESS if name == "useless" else 1.0
-            if not 0.0 <= value <= most:
-                raise ConfigError(f"{name}: {value}; expected 0 to {most:g}. Calibrate again.")
+            if not 0.0 <= value <= 1.0:
+                raise ConfigError(f"{name}: {value}; expected 0 to 1. Calibrate again.")
         if self.whole <= 0.0:
             raise ConfigError("evidence and held_out: 0; expected one above 0. Calibrate again.")
 

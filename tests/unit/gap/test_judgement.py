@@ -3,8 +3,10 @@
 from types import SimpleNamespace
 
 import pytest
+from support.open_cases import START
 
 from scapulohumeral.gap.judgement import (
+    BETTER_UNKNOWN,
     DISAGREEING,
     NO_POSTURE_TOLD,
     NOT_TOLD,
@@ -12,10 +14,11 @@ from scapulohumeral.gap.judgement import (
     STRONG,
     _movements,
     _predicted_gain,
+    _unknown,
     _unproven,
     _untold,
 )
-from scapulohumeral.gap.labels import MOVED, NO_GAP
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.result import Share, Shrinkage
 from scapulohumeral.gap.verdict.posterior import Posterior, Score
 
@@ -92,3 +95,12 @@ def test_another_movement_is_proven_by_a_trial_of_the_same_task():
     assert _unproven(MOVED, removing(-0.3, 0.9), 0.0, None) == ""
     assert "on a trial left out" in _unproven(MOVED, removing(0.4, -0.1), 9.0 * STRONG, None)
     assert _unproven(MOVED, removing(0.4, None), 0.9 * STRONG, None) == NOTHING_HELD_OUT
+
+
+def test_what_smooth_inputs_explain_better_counts_only_against_a_model() -> None:
+    """A person answers to a known cause in other ways than predicted, which they follow as well."""
+    better = {LOAD: Score(-3.0, 10.0, None), NONE: Score(-2.0, 30.0, None)}
+    worse = {LOAD: Score(-3.0, 30.0, None), NONE: Score(-2.0, 10.0, None)}
+    assert _unknown(of_person(one=False), better, START) == BETTER_UNKNOWN
+    assert _unknown(of_person(one=False), worse, START) == ""
+    assert _unknown(of_person(), better, START) == ""

@@ -14,7 +14,6 @@ pytestmark = pytest.mark.unit
 WEIGHTS = {
     "evidence": 0.2,
     "held_out": 0.3,
-    "useless": 40.0,
     "unknown": 0.4,
     "misled": 0.1,
     "foreign": 0.1,
@@ -59,7 +58,7 @@ def test_what_is_no_weight_is_refused(tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/4"),
+        ({"schema": "gap-calibration/0"}, "gap-calibration/0, expected gap-calibration/5"),
         ({"held_out": None}, "held_out"),
         ({"misled": "much"}, "much"),
         ({"misled": [0.1]}, "list"),

@@ -34,7 +34,6 @@ class Score:
     log_prior : before any data
     log_evidence : of the whole difference
     log_predictive : of each task given the others; None with one task
-    useless : how much it predicts in vain, from 0 to 1 and beyond: see `judgement.in_vain`
     moves : log odds that the movement was done differently as well, if this is the cause
     directions : of its parameters, as the whole difference tells them
     """
@@ -42,7 +41,6 @@ class Score:
     log_prior: float
     log_evidence: float
     log_predictive: float | None
-    useless: float = 0.0
     moves: float = 0.0
     directions: tuple[Direction, ...] = ()
 
@@ -60,7 +58,7 @@ class Score:
         held_out = self.best if self.log_predictive is None else self.log_predictive
         of_data = weighing.evidence * self.best + weighing.held_out * held_out
         cost = _cost(self.directions, weighing.whole)
-        return self.log_prior + of_data + cost - weighing.useless * self.useless
+        return self.log_prior + of_data + cost
 
     def with_more(self, log_evidence: float) -> Score:
         """The same with so much more log evidence, on tasks left out as on all of them."""

@@ -27,7 +27,6 @@ pytestmark = pytest.mark.unit
 PLAIN = Weighing(
     evidence=1.0,
     held_out=0.0,
-    useless=10.0,
     unknown=1.0,
     misled=0.0,
     foreign=0.0,

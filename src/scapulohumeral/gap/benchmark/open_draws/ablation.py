@@ -30,13 +30,11 @@ Judge = Callable[[ScoredCase], tuple[Mapping[str, float], Sequence[str]]]
 
 def stages(weighing: Weighing) -> dict[str, Weighing]:
     """Weights of each stage: evidence in full, then one more thing taken into account at a time."""
-    evidence = replace(weighing, evidence=1.0, held_out=0.0, useless=0.0, unknown=1.0, misled=0.0)
+    evidence = replace(weighing, evidence=1.0, held_out=0.0, unknown=1.0, misled=0.0)
     held_out = replace(evidence, evidence=0.5, held_out=0.5)
-    in_vain = replace(held_out, useless=weighing.useless)
     return {
         "evidence of refitted effects": evidence,
         "and tasks left out": held_out,
-        "and what is predicted in vain": in_vain,
         "calibrated weights": weighing,
     }
 

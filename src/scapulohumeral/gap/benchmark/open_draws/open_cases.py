@@ -244,7 +244,6 @@ def _written(score: Score) -> dict[str, Any]:
         "log_prior": round(score.log_prior, 4),
         "log_evidence": round(score.log_evidence, 2),
         "log_predictive": None if predictive is None else round(predictive, 2),
-        "useless": round(score.useless, 5),
         "moves": round(score.moves, 3),
         "directions": ways,
     }
@@ -263,7 +262,6 @@ def _score(row: Mapping[Hashable, Any], directions: tuple[Direction, ...]) -> Sc
         log_prior=float(row["log_prior"]),
         log_evidence=float(row["log_evidence"]),
         log_predictive=None if np.isnan(predictive) else float(predictive),
-        useless=float(row["useless"]),
         moves=float(row["moves"]),
         directions=directions,
     )

@@ -111,6 +111,16 @@ class ScoredCase:
         return (*cause, *movement)
 
     @property
+    def cause(self) -> tuple[str, ...]:
+        """The same, but without another movement beside a cause that shows.
+
+        Who moves otherwise because something acts is asked what acts.
+        """
+        if self.status in ("null", "hidden", "moved"):
+            return self.right
+        return tuple(label for label in self.right if label != MOVED)
+
+    @property
     def person(self) -> str:
         """How the person met the effect: yields, keeps or changes the movement."""
         return str(self.key.get("person", YIELDS))

@@ -268,6 +268,8 @@ def test_another_movement_that_shows_is_a_right_answer_too(key_, status, right) 
     found = case(key_, None)
     assert found.status == status
     assert found.right == right
+    beside = status in ("single", "unknown")
+    assert found.cause == tuple(label for label in right if not (beside and label == MOVED))
 
 
 def test_the_effect_and_the_movement_are_both_right_but_only_one_is_the_effect() -> None:

@@ -47,7 +47,7 @@ class OpenCase:
     Attributes
     ----------
     draw : that it belongs to; name : its own
-    right : labels that each are a right answer, as `ScoredCase.right` has them
+    right, cause : labels that each are a right answer, as `ScoredCase` has them
     about : circumstances of the answer
     scores : by label
     """
@@ -55,6 +55,7 @@ class OpenCase:
     draw: str
     name: str
     right: tuple[str, ...]
+    cause: tuple[str, ...]
     about: Circumstances
     scores: Mapping[str, Score]
 
@@ -62,23 +63,23 @@ class OpenCase:
         """Probabilities of all labels with some weights."""
         return probabilities(self.scores, weighing, self.about)
 
-    def p_truth(self, weighing: Weighing) -> float:
-        """Probability of what is right."""
-        return sum(self._right(weighing))
+    def p_cause(self, weighing: Weighing) -> float:
+        """Probability of the cause."""
+        return sum(self._each(self.cause, weighing))
 
     def p_best(self, weighing: Weighing) -> float:
         """Probability of the most probable right answer."""
-        return max(self._right(weighing), default=0.0)
+        return max(self._each(self.right, weighing), default=0.0)
 
     def held(self, weighing: Weighing) -> bool:
         """Whether the 90 % set holds a right answer."""
         labels = set90(self.probabilities(weighing), weighing, self.about.heard)
         return any(matches_any(label, self.right) for label in labels)
 
-    def _right(self, weighing: Weighing) -> list[float]:
-        """Probability of each right answer."""
+    def _each(self, labels: Sequence[str], weighing: Weighing) -> list[float]:
+        """Probability of each answer that is one of some labels."""
         every = self.probabilities(weighing).every
-        return [p for label, p in every.items() if matches_any(label, self.right)]
+        return [p for label, p in every.items() if matches_any(label, labels)]
 
 
 def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:
@@ -129,6 +130,7 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
         draw=draw,
         name=str(case.key["case"]),
         right=case.right,
+        cause=case.cause,
         about=Circumstances(
             present=bool(answer["gap"]["present"]),
             referenced=answer["mode"] == "reference",
@@ -151,6 +153,7 @@ def write_opened(cases: Sequence[OpenCase], folder: Path, weighing: Weighing) ->
             "draw": case.draw,
             "case": case.name,
             "right": BETWEEN.join(case.right),
+            "cause": BETWEEN.join(case.cause),
             "present": int(case.about.present),
             "referenced": int(case.about.referenced),
             "told": int(case.about.told),
@@ -184,6 +187,7 @@ def read_opened(folder: Path) -> list[OpenCase]:
                 draw=row["draw"],
                 name=row["case"],
                 right=tuple(row["right"].split(BETWEEN)),
+                cause=tuple(row["cause"].split(BETWEEN)),
                 about=Circumstances(
                     present=bool(row["present"]),
                     referenced=bool(row["referenced"]),

@@ -35,7 +35,7 @@ def test_evidence_that_misleads_gets_less_weight() -> None:
     trusted = fitted([open_case(20.0)] * 80, start)
     misleading = [open_case(20.0, (GAIN,))] * 20 + [open_case(20.0)] * 60
     doubted = fitted(misleading, start)
-    p = [open_case(20.0).p_truth(w) for w in (trusted, doubted)]
+    p = [open_case(20.0).p_cause(w) for w in (trusted, doubted)]
     assert p[0] > 0.95
     assert p[1] == pytest.approx(0.75, abs=0.06)
     assert log_score(misleading, doubted) > log_score(misleading, start)
@@ -76,12 +76,12 @@ def test_sets_that_go_by_no_evidence_count_as_they_hold_the_truth() -> None:
     assert least_of_truths([*heard, *still]) == truths[4]
     assert least_of_truths([*heard, *wrong]) == least_of_truths(still) == 0.0
     both = open_case(0.0, (TEAR, GAIN))
-    assert both.p_best(START) == pytest.approx(0.5 * both.p_truth(START))
+    assert both.p_best(START) == pytest.approx(0.5 * both.p_cause(START))
 
 
 def test_both_right_answers_count() -> None:
-    alone = open_case(0.0, (TEAR,)).p_truth(START)
-    both = open_case(0.0, (TEAR, GAIN)).p_truth(START)
+    alone = open_case(0.0, (TEAR,)).p_cause(START)
+    both = open_case(0.0, (TEAR, GAIN)).p_cause(START)
     assert both == pytest.approx(2.0 * alone)
 
 
@@ -112,7 +112,7 @@ def test_silence_with_a_small_p_value_is_as_probable_as_that_was_right(p_value: 
 def test_each_case_is_judged_by_weights_that_have_not_seen_its_draw() -> None:
     cases = [open_case(20.0, draw="one")] * 4 + [open_case(20.0, (GAIN,), draw="two")] * 4
     judged = left_out(cases, START)
-    p = {draw: [c.p_truth(w) for c, w in judged if c.draw == draw] for draw in ("one", "two")}
+    p = {draw: [c.p_cause(w) for c, w in judged if c.draw == draw] for draw in ("one", "two")}
     # Each draw teaches the opposite of the other.
     assert max(p["one"]) < 0.7
     assert max(p["two"]) < 0.2

@@ -49,12 +49,14 @@ def test_labels_that_are_improbable_each_count_as_one() -> None:
 
 def test_tables_are_read_as_written(tmp_path) -> None:
     cases = [with_many(), replace(with_many(present=False), name="b2", draw="two")]
+    cases.append(replace(cases[0], name="c3", right=(*cases[0].right, MOVED)))
     write_opened(cases, tmp_path / "opened", START)
     again = read_opened(tmp_path / "opened")
-    assert [(c.draw, c.name, c.right) for c in again] == [(c.draw, c.name, c.right) for c in cases]
+    told = [[(c.draw, c.name, c.right, c.cause) for c in some] for some in (again, cases)]
+    assert told[0] == told[1]
     for case, read in zip(cases, again, strict=True):
         assert read.about == case.about
-        assert read.p_truth(START) == pytest.approx(case.p_truth(START), rel=1e-3)
+        assert read.p_cause(START) == pytest.approx(case.p_cause(START), rel=1e-3)
 
 
 def test_tables_that_are_written_again_stay(tmp_path) -> None:

@@ -64,6 +64,27 @@ rule cut_simulated_elevations:
         "../scripts/cut_simulated_elevations.py"
 
 
+rule add_real_emg:
+    input:
+        unpack(lambda wildcards: REAL_TRIALS.with_emg(wildcards.person)),
+        code=code_of(
+            "scapulohumeral.gap.benchmark.real_emg",
+            "scapulohumeral.gap.recording.trials",
+            "scapulohumeral.laboratory.record",
+        ),
+    output:
+        trials=directory(f"{REAL_PEOPLE}/{{person}}/with_emg"),
+    log:
+        python="results/logs/add_real_emg/{person}.python.log",
+    threads: 1
+    resources:
+        runtime=5,
+    message:
+        "Real trials with EMG: {wildcards.person}"
+    script:
+        "../scripts/add_real_emg.py"
+
+
 rule spoil_real_trials:
     input:
         unpack(lambda wildcards: REAL_TRIALS.sources(wildcards.case)),

@@ -34,6 +34,7 @@ class Measured(Section):
     folder: Annotated[Pattern, key("Below the folder of recordings [no unit].")]
     participant: Annotated[Pattern, key("Participant file [no unit].")]
     source: Annotated[str, key("Where the recordings are from [no unit].", min_length=1)]
+    emg: Annotated[Pattern | None, key("Table of their EMG, by trial and time [no unit].")] = None
 
 
 @dataclass(frozen=True)

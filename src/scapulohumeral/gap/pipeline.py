@@ -95,5 +95,8 @@ def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> Gap
     """Settings that know less about EMG gains if each recording has a maximum of its own."""
     if not case.channels or case.participant.emg_is_of_mvc:
         return settings
+    if case.emg_has_one_maximum:
+        warnings.append("EMG is a fraction of maxima that test and reference trials share")
+        return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
     return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))

@@ -350,6 +350,34 @@ def test_an_own_maximum_says_less_about_emg():
     assert not any("own maximum" in text for text in strict.warnings)
 
 
+def test_maxima_that_both_sides_share_say_as_much_as_a_maximal_contraction():
+    """Where one side stays below maxima that the other reaches, both were divided by the same."""
+    known = case(effect=RIGHT)
+    shared = replace(known, participant=replace(known.participant, emg_unit="fraction_of_max"))
+
+    def divided(trials, by):
+        """Trials whose EMG was divided by one value of each channel."""
+        each = [np.concatenate([t.emg.values for t in trials]).max(axis=0) for trials in by]
+        whole = np.maximum.reduce(each)
+        return tuple(replace(t, emg=replace(t.emg, values=t.emg.values / whole)) for t in trials)
+
+    both = (shared.test, shared.reference)
+    one = replace(
+        shared, test=divided(shared.test, both), reference=divided(shared.reference, both)
+    )
+    own = replace(
+        shared,
+        test=divided(shared.test, [shared.test]),
+        reference=divided(shared.reference, [shared.reference]),
+    )
+    assert one.emg_has_one_maximum
+    assert not own.emg_has_one_maximum
+    assert not replace(one, reference=()).emg_has_one_maximum
+    said = [" ".join(diagnose(some, None, SETTINGS).warnings) for some in (one, own)]
+    assert ["maxima that test and reference trials share" in text for text in said] == [True, False]
+    assert ["own maximum" in text for text in said] == [False, True]
+
+
 def test_variants_start_from_the_movements_solved_last(monkeypatch):
     """A cause that only fits after solving again is no less stable for that."""
     cause = "body/joint_damping/EL"

@@ -52,6 +52,18 @@ class RealTrials:
         files = _files(self.recorded(person), about.files)
         return {"recordings": files, "map": about.map}
 
+    def with_emg(self, person: str) -> dict[str, list[str] | str]:
+        """Recordings of a person and the table of their EMG, by name of the input of a rule."""
+        folder, emg = self.recorded(person), self._emg(person)
+        patterns = [
+            pattern
+            for case in self.cases.cases.values()
+            if case.person == person
+            for pattern in (*case.test, *case.reference)
+        ]
+        files = {file for pattern in patterns for file in _files(folder, pattern)}
+        return {"trials": sorted(files), "emg": emg}
+
     def participant(self, person: str) -> str:
         """Participant file of a person."""
         if person in self.cases.converted:
@@ -84,7 +96,9 @@ class RealTrials:
         about = self.cases.cases[case]
         patterns = (*about.test, *about.reference)
         inputs: dict[str, list[str] | str] = {"participant": self.participant(about.person)}
-        if about.person in self.cases.measured:
+        if self._emg(about.person):
+            inputs["trials"] = str(self._trials(about.person))
+        elif about.person in self.cases.measured:
             folder = self.recorded(about.person)
             inputs["trials"] = [file for pattern in patterns for file in _files(folder, pattern)]
         elif about.person in self.cases.simulated:
@@ -113,8 +127,14 @@ class RealTrials:
 
     def _trials(self, person: str) -> Path:
         """Folder of the trials of a person, recorded or made."""
+        if self._emg(person):
+            return self.made / person / "with_emg"
         measured = person in self.cases.measured
         return self.recorded(person) if measured else self.made / person
+
+    def _emg(self, person: str) -> str:
+        """Table of the EMG of a person; empty without one."""
+        return (person in self.cases.measured and self.cases.measured[person].emg) or ""
 
 
 def _files(folder: Path, pattern: str) -> list[str]:

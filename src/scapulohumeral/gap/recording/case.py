@@ -25,6 +25,9 @@ from scapulohumeral.model.rotations import Array
 
 DEFAULT_SEED = 1
 DEFAULT_THREADS = 2
+# Envelopes within this of 1 reach their maximum, resampled or rounded [1], and those below this do
+# not.
+AT_MAXIMUM, BELOW_MAXIMUM = 0.01, 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +173,30 @@ class Case:
         """EMG channels that every trial has and the participant maps to muscles, alphabetically."""
         recorded = [set(trial.emg.channels) if trial.emg else set() for trial in self.trials]
         return tuple(sorted(set(self.participant.emg_channels).intersection(*recorded)))
+
+    @property
+    def emg_has_one_maximum(self) -> bool:
+        """Whether the same maxima divided EMG of both sides, as its values show.
+
+        In every channel the largest value of all trials is 1, and in some channel that of one side
+        is not: this side was not divided by its own.
+        """
+        if not self.channels or not self.reference:
+            return False
+        sides = [self._largest_emg(trials) for trials in (self.test, self.reference)]
+        reached = np.maximum(*sides)
+        return bool(
+            np.all(abs(reached - 1.0) <= AT_MAXIMUM) and np.any(np.minimum(*sides) < BELOW_MAXIMUM)
+        )
+
+    def _largest_emg(self, trials: Sequence[GapTrial]) -> Array:
+        """Largest value of each of :attr:`channels` in some trials, which all have them."""
+        each = [
+            trial.emg.values[:, [trial.emg.channels.index(name) for name in self.channels]]
+            for trial in trials
+            if trial.emg is not None
+        ]
+        return np.concatenate(each).max(axis=0)
 
     @property
     def has_contact(self) -> bool:

@@ -12,6 +12,7 @@ from synthetic_study import solution
 from scapulohumeral.configuration.check import REAL_CASES, read_real_cases, read_simulator
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.benchmark.real_cases import COLUMNS, case_table, judged
+from scapulohumeral.gap.benchmark.real_emg import read_emg
 from scapulohumeral.gap.benchmark.real_trials import RealTrials
 from scapulohumeral.gap.benchmark.simulated_motions import write_elevations
 from scapulohumeral.gap.effects.base import Setup
@@ -126,9 +127,9 @@ def test_failed_solve_has_a_row_without_verdict(tmp_path: Path) -> None:
 def test_committed_cases() -> None:
     nulls = [CASES.cases[name] for name in CASES.of_kind("no_effect")]
     assert len(nulls) >= 24
-    assert {case.person for case in nulls} == {"hand_load", "arm_support"}
+    assert {case.person for case in nulls} == {"hand_load", "hand_load_emg", "arm_support"}
     assert all(case.truth == ["no_gap"] for case in nulls)
-    contents = [(c.test, c.reference, c.view, c.spoilt) for c in CASES.cases.values()]
+    contents = [(c.person, c.test, c.reference, c.view, c.spoilt) for c in CASES.cases.values()]
     assert len(set(map(repr, contents))) == len(contents)
 
 
@@ -146,7 +147,8 @@ def test_sides_of_measured_cases_are_whole_and_apart(recordings: Path, tmp_path:
     for name, case in CASES.cases.items():
         if case.person not in CASES.measured:
             continue
-        folder = recordings / case.person
+        person = CASES.measured[case.person]
+        folder = recordings / person.folder
         test, reference = (
             {path for pattern in side for path in folder.glob(pattern)}
             for side in (case.test, case.reference)
@@ -157,11 +159,27 @@ def test_sides_of_measured_cases_are_whole_and_apart(recordings: Path, tmp_path:
         assert case.spoilt or not test & reference, name
         ratio = 2 if case.kind == "no_effect" or not test & reference and case.spoilt else 1
         assert len(reference) == ratio * len(test), name
-        found = trials(recordings, tmp_path).inputs(name)["trials"]
-        assert {Path(path) for path in found} == test | reference
+        if person.emg is None:
+            found = trials(recordings, tmp_path).inputs(name)["trials"]
+            assert {Path(path) for path in found} == test | reference
     assert trials(recordings, tmp_path).patterns("load_shrug")["test"] == [
         str(recordings / "hand_load" / "SHRUG2[123].csv")
     ]
+
+
+def test_trials_of_a_person_with_emg_are_made_of_the_recordings_and_its_table(
+    recordings: Path, tmp_path: Path
+) -> None:
+    files, made = trials(recordings, tmp_path), tmp_path / "hand_load_emg/with_emg"
+    assert files.inputs("load_emg")["trials"] == str(made)
+    assert files.patterns("load_emg_flexion") == {
+        "test": [str(made / "FLX2[123].csv")],
+        "reference": [str(made / "FLX0[123].csv")],
+    }
+    given = files.with_emg("hand_load_emg")
+    assert given["emg"] == CASES.measured["hand_load_emg"].emg
+    names = {Path(path).stem for path in given["trials"]}
+    assert names == {f"{task}{load}{k}" for task in ("ABD", "FLX") for load in "02" for k in "123"}
 
 
 def test_spoilt_trials_are_tested_and_the_recorded_ones_are_the_reference(
@@ -223,6 +241,31 @@ def test_participants_of_the_cases_can_be_read(repository: Path) -> None:
     assert file.trials["SHRUG23"].task == "SHRUG"
     assert file.trials["SHRUG23"].repeat == 3
     assert file.participant.model.total_mass_kg == pytest.approx(24.69)
+
+
+def test_every_trial_with_emg_has_it_over_its_movement(repository: Path) -> None:
+    about = CASES.measured["hand_load_emg"]
+    file = read_participant_file(repository / about.participant, "published")
+    for trial in file.trials:
+        emg = read_emg(repository / about.emg, trial, np.linspace(0.0, 11.0, 56))
+        assert list(emg)[1:] == list(file.participant.emg_channels), trial
+        assert emg.iloc[:, 1:].to_numpy().max() <= 1.0, trial
+        assert np.ptp(emg.iloc[:, 1:].to_numpy(), axis=0).min() > 0.15, trial
+
+
+def test_emg_is_interpolated_in_time_and_stays_beyond_its_ends(tmp_path: Path) -> None:
+    table = tmp_path / "emg.csv"
+    table.write_text(
+        "trial,time_s,EMG_a\none,1.0,0.2\none,2.0,0.4\nother,0.0,0.9\n", encoding="utf-8"
+    )
+    found = read_emg(table, "one", np.array([0.0, 1.5, 3.0]))
+    assert found["EMG_a"].tolist() == pytest.approx([0.2, 0.3, 0.4])
+    assert found["time"].tolist() == [0.0, 1.5, 3.0]
+    with pytest.raises(DataError, match=r"emg\.csv, trial none: .*expected rows of that trial"):
+        read_emg(table, "none", np.array([0.0]))
+    table.write_text("trial,time,EMG_a\none,1.0,0.2\n", encoding="utf-8")
+    with pytest.raises(DataError, match="time_s"):
+        read_emg(table, "one", np.array([0.0]))
 
 
 def test_published_elevations_raise_and_lower_the_arm(repository: Path, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ An answer that is missing, failed or abstained is wrong wherever a cause was ask
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -83,6 +83,8 @@ REGISTERED = {
     "squares, the floor added to both in quadrature, as a recording would have it, then subtracted",
     "sure_and_wrong": "answers whose first family has more than `sure` and is no right one; of a "
     "pair one member is right",
+    "cause_calibration": "calibration of the first family as the cause, which probabilities are "
+    "fitted to: another movement beside one that shows is not right",
     "calibration_bins": CALIBRATION_BINS,
     "false_rejection": FALSE_REJECTION,
     "sure": SURE,
@@ -117,7 +119,8 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         **_single_scores(single),
         "mean_family_p": _mean([_family_p(case) for case in single]),
         "set90": _set_scores(cases),
-        "calibration": _calibration(cases),
+        "calibration": _calibration(cases, lambda case: case.right),
+        "cause_calibration": _calibration(cases, lambda case: case.cause),
         "sure_and_wrong": rate(_sure_and_wrong(cases)),
         "unknown": _unknown_scores(by["unknown"], single),
         "pairs": _pair_scores(by["pair"]),
@@ -156,13 +159,15 @@ def _set_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     return {"coverage": rate([bool(hit) for hit, _ in counted]), "mean_size": _mean(sizes)}
 
 
-def _calibration(cases: Sequence[ScoredCase]) -> dict[str, Any]:
+def _calibration(
+    cases: Sequence[ScoredCase], right: Callable[[ScoredCase], Sequence[str]]
+) -> dict[str, Any]:
     """Expected calibration error of the most probable family, in bins of equal count."""
     pairs = []
     for case in cases:
         name, p = _first_family(case)
         if p is not None and case.status not in ("pair", "hidden"):
-            pairs.append((p, name in map(family, case.right)))
+            pairs.append((p, name in map(family, right(case))))
     if not pairs:
         return {"ece": None, "n": 0, "bins": []}
     bins = reliability(pairs, CALIBRATION_BINS)

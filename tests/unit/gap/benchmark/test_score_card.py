@@ -281,6 +281,7 @@ def test_the_effect_and_the_movement_are_both_right_but_only_one_is_the_effect()
     assert (scores["class_top1"]["hits"], scores["side_top1"]["hits"]) == (2, 2)
     assert scores["set90"]["coverage"]["hits"] == 2
     assert scores["calibration"]["bins"][-1]["right"] == 1.0
+    assert sum(one["right"] * one["n"] for one in scores["cause_calibration"]["bins"]) == 1.0
     # What is removed of the hidden task is asked of the effect alone.
     assert [one.right_single for one in named] == [True, False]
 

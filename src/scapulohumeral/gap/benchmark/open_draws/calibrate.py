@@ -133,12 +133,12 @@ def left_out(cases: Sequence[OpenCase], start: Weighing) -> list[tuple[OpenCase,
 
 
 def first_families(judged: Sequence[tuple[OpenCase, Weighing]]) -> list[tuple[float, bool]]:
-    """Probability of the first family of each case, and whether it is right."""
+    """Probability of the first family of each case, and whether it is that of the cause."""
     pairs = []
     for case, weighing in judged:
         every = case.probabilities(weighing).every
         first, p = next(iter(of_families(every).items()))
-        pairs.append((p, first in map(family, case.right)))
+        pairs.append((p, first in map(family, case.cause)))
     return pairs
 
 

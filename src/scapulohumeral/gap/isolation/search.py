@@ -75,9 +75,9 @@ def fit_all(
     families, then those that would be stronger if a new solution told as much of them as it told
     of their family. Those that would stay far behind the strongest even so are not solved again.
 
-    The strongest is solved with the next stiffness too. Amplitude and interval in the answer are
-    those of one stiffness, and which of them is probable, derivatives hardly tell: solutions for a
-    yielding person add more to them.
+    Each is solved with every stiffness. Amplitude and interval in the answer are those of one of
+    them, and which is probable, derivatives hardly tell: solutions for a yielding person add more
+    to them, and one cause must not lose to another because it was solved for another person.
 
     A simulation does what its model solves: there a new solution counts whatever the derivative
     promised, and of those that do not stay far behind the strongest are solved again, of whatever
@@ -93,17 +93,14 @@ def fit_all(
         again = told.next(able, count)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
         jobs = [(told.alternatives(f), evidence, model) for f in again]
-        for first, solved in zip(again, side_by_side(_refit_any, jobs, threads), strict=True):
+        for first, solved in zip(again, side_by_side(_refit_each, jobs, threads), strict=True):
             told.learn(first, solved)
-            if solved is None:
+            if not solved:
                 warnings.append(
                     f"{first.label}: not solved again; its amplitude is a linear estimate"
                 )
-                continue
-            by_person = _with(by_person, solved, simulated)
-    for other in told.untried():
-        solved = _refit_any([other], evidence, model)
-        by_person = by_person if solved is None else _with(by_person, solved, simulated)
+            for one in solved:
+                by_person = _with(by_person, one, simulated)
     singles = tuple(f for fits in by_person.values() for f in fits)
     pairs = tuple(f for one in _probable(evidence) for f in _pairs(evidence, by_person, one))
     every = (*singles, *pairs)
@@ -132,7 +129,6 @@ class _Told:
     gains : by family, log evidence that a new solution has added
     done : labels that were looked at; unsolved : families and stiffnesses without a solution
     strongest : largest log evidence with prior
-    best : the strongest of those that were solved again, as it was solved
     """
 
     def __init__(self, evidence: Evidence) -> None:
@@ -141,7 +137,6 @@ class _Told:
         self.done: set[str] = set()
         self.unsolved: set[tuple[str, float]] = set()
         self.strongest = max(map(self._weight, evidence.screened))
-        self.best: Fit | None = None
         self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
         behind = BEHIND
         if evidence.settings.of_simulations:
@@ -174,33 +169,25 @@ class _Told:
         return self._weight(first) + gain > self.strongest - self.behind
 
     def alternatives(self, first: Fit) -> list[Fit]:
-        """Fits of a label to be solved again: the most probable, and with the next stiffness.
+        """Fits of a label to be solved again, one for each stiffness, the most probable first.
 
         Who keeps a movement firmly may have no solution with an effect that another person has.
-        Where another effect of the family had none, only the next is tried.
+        What had none with another effect of the family is not tried again, if anything is left.
         """
         fits = _alternatives(first, self.evidence)
         return [f for f in fits if (family(f.label), _stiffness(f)) not in self.unsolved] or fits
 
-    def learn(self, first: Fit, solved: Fit | None) -> None:
-        """Note what came of an effect that was solved again, or could not be."""
+    def learn(self, first: Fit, solved: Sequence[Fit]) -> None:
+        """Note what came of an effect that was solved again, with which stiffnesses it could be."""
         name = family(first.label)
-        for tried in self.alternatives(first):
-            if solved is not None and _stiffness(tried) == _stiffness(solved):
-                gain = solved.log_evidence - _alternatives(first, self.evidence)[0].log_evidence
-                self.gains[name] = max(gain, self.gains.get(name, 0.0))
-                self.strongest = max(self.strongest, self._weight(solved))
-                if self.best is None or self._weight(solved) > self._weight(self.best):
-                    self.best = solved
-                return
-            self.unsolved.add((name, _stiffness(tried)))
-
-    def untried(self) -> list[Fit]:
-        """What is left to be solved of the strongest: none if its first choice had no solution."""
-        if self.best is None or self._weight(self.best) < self.strongest:
-            return []
-        first, *others = _alternatives(self.best, self.evidence)
-        return others if _stiffness(first) == _stiffness(self.best) else []
+        able = {_stiffness(one) for one in solved}
+        tried = {_stiffness(one) for one in self.alternatives(first)}
+        self.unsolved |= {(name, stiffness) for stiffness in tried - able}
+        before = _alternatives(first, self.evidence)[0].log_evidence
+        for one in solved:
+            gain = one.log_evidence - before
+            self.gains[name] = max(gain, self.gains.get(name, 0.0))
+            self.strongest = max(self.strongest, self._weight(one))
 
     def _weight(self, one: Fit) -> float:
         return one.log_evidence + float(np.log(self.evidence.prior[one.label]))
@@ -219,15 +206,13 @@ def _may_change(first: Fit, evidence: Evidence) -> bool:
 
 
 def _alternatives(first: Fit, evidence: Evidence) -> list[Fit]:
-    """Fits of a label to be solved again: the most probable, and with the next stiffness.
-
-    Who keeps a movement firmly may have no solution with an effect that another person has.
-    """
+    """Of each stiffness the most probable fit of a label, the most probable of them first."""
     same = [f for fits in evidence.fits.values() for f in fits if f.label == first.label]
     ranked = sorted(same, key=lambda f: -f.log_evidence)
-    stiffness = ranked[0].hypothesis.stiffness
-    other = next((f for f in ranked if f.hypothesis.stiffness != stiffness), None)
-    return [ranked[0]] if other is None else [ranked[0], other]
+    found: dict[float, Fit] = {}
+    for one in ranked:
+        found.setdefault(_stiffness(one), one)
+    return list(found.values())
 
 
 def _better(first: Fit, solved: Fit, simulated: bool) -> Fit:
@@ -260,15 +245,11 @@ def _pairs(
     ]
 
 
-def _refit_any(fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel) -> Fit | None:
-    """The first of some fits that can be solved again, or None."""
-    for first in fits:
-        residual = evidence.residuals[first.moved_deg]
-        what = evidence.signatures, model, evidence.sensors, evidence.settings
-        solved = _refit_or_keep(first, residual, *what)
-        if solved is not None:
-            return solved
-    return None
+def _refit_each(fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel) -> list[Fit]:
+    """Those of some fits that can be solved again, as they are solved."""
+    what = evidence.signatures, model, evidence.sensors, evidence.settings
+    solved = (_refit_or_keep(one, evidence.residuals[one.moved_deg], *what) for one in fits)
+    return [one for one in solved if one is not None]
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

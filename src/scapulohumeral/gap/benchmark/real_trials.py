@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scapulohumeral.configuration.check import read_simulator
-from scapulohumeral.configuration.real_cases import Converted, Measured, RealCases, Simulated
+from scapulohumeral.configuration.real_cases import (
+    Converted,
+    Measured,
+    RealCase,
+    RealCases,
+    Simulated,
+)
 from scapulohumeral.errors import ConfigError
 
 NOWHERE = "none"
@@ -54,15 +60,9 @@ class RealTrials:
 
     def with_emg(self, person: str) -> dict[str, list[str] | str]:
         """Recordings of a person and the table of their EMG, by name of the input of a rule."""
-        folder, emg = self.recorded(person), self._emg(person)
-        patterns = [
-            pattern
-            for case in self.cases.cases.values()
-            if case.person == person
-            for pattern in (*case.test, *case.reference)
-        ]
-        files = {file for pattern in patterns for file in _files(folder, pattern)}
-        return {"trials": sorted(files), "emg": emg}
+        own = [case for case in self.cases.cases.values() if case.person == person]
+        files = {file for case in own for file in self._recordings(case)}
+        return {"trials": sorted(files), "emg": self._emg(person)}
 
     def participant(self, person: str) -> str:
         """Participant file of a person."""
@@ -94,15 +94,14 @@ class RealTrials:
         ConfigError                  no recording fits a pattern
         """
         about = self.cases.cases[case]
-        patterns = (*about.test, *about.reference)
         inputs: dict[str, list[str] | str] = {"participant": self.participant(about.person)}
         if self._emg(about.person):
             inputs["trials"] = str(self._trials(about.person))
         elif about.person in self.cases.measured:
-            folder = self.recorded(about.person)
-            inputs["trials"] = [file for pattern in patterns for file in _files(folder, pattern)]
+            inputs["trials"] = self._recordings(about)
         elif about.person in self.cases.simulated:
             folder = self.made / about.person
+            patterns = (*about.test, *about.reference)
             motions = dict.fromkeys(Path(pattern).parts[0] for pattern in patterns)
             inputs["trials"] = [str(folder / motion) for motion in motions]
         return inputs
@@ -120,6 +119,12 @@ class RealTrials:
         """Patterns of the test trials of a case before any error of measurement is put in."""
         about = self.cases.cases[case]
         return [str(self._trials(about.person) / name) for name in about.test]
+
+    def _recordings(self, case: RealCase) -> list[str]:
+        """Recordings of both sides of a case of a person whose joint angles were measured."""
+        folder = self.recorded(case.person)
+        patterns = (*case.test, *case.reference)
+        return [file for pattern in patterns for file in _files(folder, pattern)]
 
     def _spoilt(self, case: str) -> Path:
         """Folder of the test trials of a case with an error of measurement."""

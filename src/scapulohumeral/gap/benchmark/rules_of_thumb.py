@@ -152,8 +152,7 @@ def _poses(trial: GapTrial, channels: Sequence[str]) -> Array:
 def _envelopes(trial: GapTrial, channels: Sequence[str]) -> Array:
     """Envelopes (F, C) of the channels that all trials have."""
     assert trial.emg is not None
-    columns = [trial.emg.channels.index(name) for name in channels]
-    return _at_phase(trial, trial.emg.time_s, trial.emg.values[:, columns])
+    return _at_phase(trial, trial.emg.time_s, trial.emg.of(channels))
 
 
 def _lead(case: Case) -> float:

@@ -45,6 +45,10 @@ class EmgSeries:
     channels: tuple[str, ...]
     values: Array
 
+    def of(self, channels: Sequence[str]) -> Array:
+        """Values of some channels, in their order, shape (S, number of channels)."""
+        return self.values[:, [self.channels.index(name) for name in channels]]
+
 
 @dataclass(frozen=True, eq=False)
 class ContactSeries:
@@ -191,11 +195,7 @@ class Case:
 
     def _largest_emg(self, trials: Sequence[GapTrial]) -> Array:
         """Largest value of each of :attr:`channels` in some trials, which all have them."""
-        each = [
-            trial.emg.values[:, [trial.emg.channels.index(name) for name in self.channels]]
-            for trial in trials
-            if trial.emg is not None
-        ]
+        each = [trial.emg.of(self.channels) for trial in trials if trial.emg is not None]
         return np.concatenate(each).max(axis=0)
 
     @property

@@ -65,8 +65,7 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
     times, angles = trial.moved(nodes)
     emg = force = None
     if channels and trial.emg is not None:
-        columns = [trial.emg.channels.index(name) for name in channels]
-        emg = _averaged(trial.emg.time_s, trial.emg.values[:, columns], times)
+        emg = _averaged(trial.emg.time_s, trial.emg.of(channels), times)
     if contact and trial.contact is not None:
         force = _averaged(trial.contact.time_s, trial.contact.force_N, times)
     duration = trial.window_s[1] - trial.window_s[0]

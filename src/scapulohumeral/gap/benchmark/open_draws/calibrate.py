@@ -115,7 +115,12 @@ def least_of_truths(judged: Sequence[tuple[OpenCase, Weighing]]) -> float:
 
 def log_score(cases: Sequence[OpenCase], weighing: Weighing) -> float:
     """Mean log probability of the cause."""
-    return float(np.mean([np.log(max(case.p_cause(weighing), FLOOR)) for case in cases]))
+    return float(np.mean([_log_cause(case, weighing) for case in cases]))
+
+
+def _log_cause(case: OpenCase, weighing: Weighing) -> float:
+    """Log probability of the cause of a case."""
+    return float(np.log(max(case.p_cause(weighing), FLOOR)))
 
 
 def left_out(cases: Sequence[OpenCase], start: Weighing) -> list[tuple[OpenCase, Weighing]]:
@@ -171,7 +176,7 @@ def calibrate(cases: Sequence[OpenCase], start: Weighing, out: Path) -> Weighing
     judged = left_out(cases, start)
     found = replace(fitted(cases, start), least=least_of_truths(judged))
     bins = reliability(first_families(judged), BINS)
-    scores = [np.log(max(case.p_cause(weighing), FLOOR)) for case, weighing in judged]
+    scores = [_log_cause(case, weighing) for case, weighing in judged]
     draws = list(dict.fromkeys(case.draw for case in cases))
     document = {
         "schema": SCHEMA,

@@ -13,9 +13,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 
-REFUSED = 2
 # Command -> what it does, and the module with `add_arguments` and `run`; "gap" parses for itself.
 COMMANDS = {
     "convert": (

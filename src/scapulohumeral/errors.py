@@ -4,6 +4,9 @@ A message names the value, its place (file and row, column or key; joint, node o
 what was expected, and what to do about it.
 """
 
+# Exit code of a command or process that refuses its input.
+REFUSED = 2
+
 
 class ConfigError(ValueError):
     """The study cannot be run as configured: the remedy is to edit the configuration."""

@@ -54,7 +54,9 @@ ANGLE_NOISE_DEG = 0.5
 AXIAL_DEG, AXIAL_WAVES, AXIAL_SESSION = np.array([10.0, 5.0]), 3, 0.25
 HEART_HZ = 1.2
 ARTEFACT_ONSET, ARTEFACT_FULL = np.deg2rad([60.0, 120.0])
-EMG_SHARE_NOISE, EMG_FLOOR_NOISE = 0.06, 0.012
+# With these, and what movement itself scatters, repeats scatter as those of a real person do
+# (config/recordings/hand_load/emg.csv).
+EMG_SHARE_NOISE, EMG_FLOOR_NOISE = 0.10, 0.012
 FORCE_SHARE_NOISE, FORCE_NOISE_N = 0.02, 5.0
 
 

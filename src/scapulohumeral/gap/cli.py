@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
 from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
@@ -49,8 +49,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return options.run(options, shlex.join(["scapulohumeral", *arguments]))
     except (ConfigError, DataError, ModelError) as error:
-        from scapulohumeral.gap.run import REFUSED
-
         print(f"Refused: {error}", file=sys.stderr)
         return REFUSED
 

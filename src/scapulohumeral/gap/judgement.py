@@ -237,19 +237,18 @@ def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> f
 def _unproven(label: str, explained: Explained | None, gain: float, agreement: float | None) -> str:
     """Why the first cause is not named, by data that it was not fitted to; empty if it is.
 
-    Another movement of one task says nothing of other tasks: its proof is a trial left out. Where
-    the gap is in few channels, all of them together hardly exceed the floor, so that there is no
-    share to remove: then the density of tasks left out is the proof.
+    Another movement needs no proof: it may be another one in each trial. Where the gap is in few
+    channels, all of them together hardly exceed the floor, so that there is no share to remove:
+    then the density of tasks left out is the proof.
     """
-    if explained is None:
+    if explained is None or label == MOVED:
         return ""
     shares = explained.shrinkage
-    new_task = None if label == MOVED else shares.new_task
-    held_out = new_task or shares.held_out_trial
+    held_out = shares.new_task or shares.held_out_trial
     if held_out is None and gain <= STRONG:
         return NOTHING_HELD_OUT
     if held_out is not None and held_out.value <= 0.0:
-        where = "task" if new_task else "trial"
+        where = "task" if shares.new_task else "trial"
         return (
             f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
         )

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from scapulohumeral.configuration.check import read_simulator
 from scapulohumeral.configuration.simulator import Simulator
-from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from scapulohumeral.gap.nominal.participant_model import ParticipantModel
     from scapulohumeral.gap.result import Diagnosis
 
-ANSWERED, REFUSED, FAILED = 0, 2, 3
+ANSWERED, FAILED = 0, 3
 RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
 COMMAND = "scapulohumeral.gap.cli"
 # What makes an answer of files: not the command, the page or the benchmark.

@@ -90,11 +90,9 @@ def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() ->
     assert _predicted_gain(one_task, LOAD, 1.0) == 0.0
 
 
-def test_another_movement_is_proven_by_a_trial_of_the_same_task():
-    """Of one task it says nothing of others, so that it removes nothing there."""
-    assert _unproven(MOVED, removing(-0.3, 0.9), 0.0, None) == ""
-    assert "on a trial left out" in _unproven(MOVED, removing(0.4, -0.1), 9.0 * STRONG, None)
-    assert _unproven(MOVED, removing(0.4, None), 0.9 * STRONG, None) == NOTHING_HELD_OUT
+def test_another_movement_needs_no_proof() -> None:
+    """It may be another one in each trial: then it removes nothing on those left out."""
+    assert _unproven(MOVED, removing(-0.3, -0.1), 0.0, None) == ""
 
 
 def test_what_smooth_inputs_explain_better_counts_only_against_a_model() -> None:

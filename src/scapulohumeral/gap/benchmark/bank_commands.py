@@ -79,9 +79,8 @@ def _probe(options: argparse.Namespace, command: str) -> int:
 
 
 def _check(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.errors import ConfigError
+    from scapulohumeral.errors import REFUSED, ConfigError
     from scapulohumeral.gap.detection.null_bank import bank_file, read_bank
-    from scapulohumeral.gap.run import REFUSED
     from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
     if (options.recompute is None) != (options.cases is None):

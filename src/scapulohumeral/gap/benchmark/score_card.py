@@ -15,48 +15,43 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.gap.benchmark.metrics import (
-    _mean,
-    _spread,
     area_under_curve,
     calibration_error,
+    mean,
     rate,
     reliability,
+    spread,
 )
 from scapulohumeral.gap.benchmark.rules_of_thumb import control_shares
 from scapulohumeral.gap.benchmark.scored_case import (
     LARGE_MULTIPLE,
     ScoredCase,
-    _amplitude,
-    _claimed,
-    _class_right,
-    _covered,
-    _family_p,
-    _first_family,
-    _none_p,
-    _off,
-    _rank,
-    _reducible,
-    _side_right,
-    _top_family,
+    absent_value,
+    claimed_share,
+    first_family,
+    found_amplitude,
+    hidden_share,
+    is_class_right,
+    is_covered,
+    is_side_right,
+    none_p,
+    rank_of_right,
+    right_family_p,
+    top_family,
 )
 from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, family, matches
 
 CALIBRATION_BINS = 5
 
-
 FALSE_REJECTION = 0.1
 # Answers with a larger probability may be wrong in one case out of ten.
 SURE = 0.8
 
-
 KEPT_SHARE = 0.7
-
 
 REGION_SIGMA = 2.0
 
-
 STATUSES = ("null", "single", "pair", "unknown", "moved")
-
 
 # Fixed before keys are drawn, and published with their hashes.
 REGISTERED = {
@@ -77,7 +72,8 @@ REGISTERED = {
     "both_or_one_and_more": "pairs whose first answer is both families, or one of them with the "
     "remark that something is left",
     "says_more": "singles whose family is right and that have this remark",
-    "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label",
+    "amplitude": "abs(answer - truth) / abs(truth - off), candidate with the right label; _named: "
+    "where the injected effect is the most probable family",
     "shrinkage": "new_task of singles whose family is right, against the share of the reducible "
     "gap on the hidden task that the same parameters and factors remove: noise-free root mean "
     "squares, the floor added to both in quadrature, as a recording would have it, then subtracted",
@@ -117,7 +113,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "cases": dict(Counter(case.status for case in cases)),
         "false_alarms": rate([case.claims_gap for case in by["null"]]),
         **_single_scores(single),
-        "mean_family_p": _mean([_family_p(case) for case in single]),
+        "mean_family_p": mean([right_family_p(case) for case in single]),
         "set90": _set_scores(cases),
         "calibration": _calibration(cases, lambda case: case.right),
         "cause_calibration": _calibration(cases, lambda case: case.cause),
@@ -130,7 +126,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
             [not case.claims_gap for case in cases if case.status == "hidden"]
         ),
         "regions": _region_scores(single),
-        "seconds": _spread([case.seconds for case in cases]),
+        "seconds": spread([case.seconds for case in cases]),
         "confusion": _confusion(cases),
         "large": _single_scores([case for case in single if case.large]),
     }
@@ -140,11 +136,11 @@ def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     """Whether gaps are seen, their causes named and sized, beside what simple methods say."""
     return {
         "detection": rate([case.claims_gap for case in single]),
-        "family_top1": rate([_rank(case) == 1 for case in single]),
+        "family_top1": rate([rank_of_right(case) == 1 for case in single]),
         "effect_top1": rate([case.right_single for case in single]),
-        "family_top3": rate([_rank(case) <= 3 for case in single]),
-        "side_top1": rate([_side_right(case) for case in single]),
-        "class_top1": rate([_class_right(case) for case in single]),
+        "family_top3": rate([rank_of_right(case) <= 3 for case in single]),
+        "side_top1": rate([is_side_right(case) for case in single]),
+        "class_top1": rate([is_class_right(case) for case in single]),
         "says_more": rate([case.says_more for case in single if case.right_single]),
         "amplitude": _amplitude_scores(single),
         "shrinkage": _shrinkage_scores(single),
@@ -153,10 +149,10 @@ def _single_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def _set_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
-    covered = [(_covered(case), case) for case in cases]
+    covered = [(is_covered(case), case) for case in cases]
     counted = [(hit, case) for hit, case in covered if hit is not None]
     sizes = [len(case.answer["set90"]) for _, case in counted if case.answer is not None]
-    return {"coverage": rate([bool(hit) for hit, _ in counted]), "mean_size": _mean(sizes)}
+    return {"coverage": rate([bool(hit) for hit, _ in counted]), "mean_size": mean(sizes)}
 
 
 def _calibration(
@@ -165,7 +161,7 @@ def _calibration(
     """Expected calibration error of the most probable family, in bins of equal count."""
     pairs = []
     for case in cases:
-        name, p = _first_family(case)
+        name, p = first_family(case)
         if p is not None and case.status not in ("pair", "hidden"):
             pairs.append((p, name in map(family, right(case))))
     if not pairs:
@@ -178,7 +174,7 @@ def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:
     """Whether each answer that is nearly certain of its first family is wrong."""
     found = []
     for case in cases:
-        name, p = _first_family(case)
+        name, p = first_family(case)
         if p is not None and p > SURE:
             parts = set(map(family, name.split(JOIN)))
             found.append(not parts <= set(map(family, case.right)))
@@ -186,11 +182,11 @@ def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:
 
 
 def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) -> dict[str, Any]:
-    high = [_none_p(case) for case in unknown]
-    low = [_none_p(case) for case in known]
+    high = [none_p(case) for case in unknown]
+    low = [none_p(case) for case in known]
     threshold = float(np.quantile(low, 1.0 - FALSE_REJECTION)) if low else 1.0
     distance = {
-        name: rate([_none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
+        name: rate([none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
         for name in ("far", "near")
     }
     return {"auroc": area_under_curve(high, low), "rejected": distance}
@@ -200,8 +196,8 @@ def _moved_scores(moved: Sequence[ScoredCase]) -> dict[str, Any]:
     """Whether another movement is seen, named, and at least in the 90 % set."""
     return {
         "detection": rate([case.claims_gap for case in moved]),
-        "named": rate([_rank(case) == 1 for case in moved]),
-        "in_set": rate([bool(_covered(case)) for case in moved]),
+        "named": rate([rank_of_right(case) == 1 for case in moved]),
+        "in_set": rate([bool(is_covered(case)) for case in moved]),
     }
 
 
@@ -211,7 +207,7 @@ def _pair_scores(pairs: Sequence[ScoredCase]) -> dict[str, Any]:
         chosen = [] if case.verdict is None else list(case.verdict["set90"])
         parts = [part for label in chosen for part in label.split(JOIN)]
         both.append(all(any(matches(p, t) for p in parts) for t in case.truth))
-        top = _top_family(case).split(JOIN)
+        top = top_family(case).split(JOIN)
         exact.append(sorted(map(family, top)) == sorted(map(family, case.truth)))
         one = any(name in map(family, case.truth) for name in map(family, top))
         more.append(exact[-1] or (one and case.says_more))
@@ -219,28 +215,34 @@ def _pair_scores(pairs: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
-    errors, covered = [], []
+    errors, named, covered = [], [], []
     for case in single:
         [effect] = case.key["effects"]
-        found = _amplitude(case, effect["parameter"])
+        found = found_amplitude(case, effect["parameter"])
         if found is None:
             continue
         truth = float(effect["amplitude"])
-        errors.append(abs(found["value"] - truth) / abs(truth - _off(effect["parameter"])))
+        errors.append(abs(found["value"] - truth) / abs(truth - absent_value(effect["parameter"])))
+        if case.right_single:
+            named.append(errors[-1])
         if found["ci95"] is not None:
             covered.append(found["ci95"][0] <= truth <= found["ci95"][1])
-    return {"relative_error": _spread(errors), "ci_coverage": rate(covered)}
+    return {
+        "relative_error": spread(errors),
+        "relative_error_named": spread(named),
+        "ci_coverage": rate(covered),
+    }
 
 
 def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     right = [case for case in single if case.right_single]
     controls = [control_shares(case.answer_folder) for case in right]
-    claimed = {id(case): _claimed(case, "new_task") for case in right}
+    claimed = {id(case): claimed_share(case, "new_task") for case in right}
     values = [value for value in claimed.values() if value is not None]
     errors, covered = [], []
     for case in right:
         value = claimed[id(case)]
-        truth = _reducible(case.hidden)
+        truth = hidden_share(case.hidden)
         if truth is None or value is None or case.verdict is None:
             continue
         errors.append(abs(value - truth))
@@ -248,17 +250,17 @@ def _shrinkage_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
         if interval is not None:
             covered.append(interval[0] <= truth <= interval[1])
     return {
-        "new_task": _spread(values),
+        "new_task": spread(values),
         "keeps": rate([value >= KEPT_SHARE for value in values]),
-        "true_on_hidden_task": _spread([_reducible(case.hidden) for case in right]),
+        "true_on_hidden_task": spread([hidden_share(case.hidden) for case in right]),
         # What the injected effect would remove, whatever was answered.
-        "oracle_on_hidden_task": _spread([_reducible(case.oracle) for case in single]),
+        "oracle_on_hidden_task": spread([hidden_share(case.oracle) for case in single]),
         # Of the gap itself, without a floor.
-        "removed_without_noise": _spread([case.hidden.removed for case in right if case.hidden]),
-        "held_out_trial": _spread([_claimed(case, "held_out_trial") for case in right]),
-        "black_box_on_held_out_trial": _spread([box for box, _ in controls]),
-        "best_placebo_on_held_out_trial": _spread([placebo for _, placebo in controls]),
-        "error": _spread(errors),
+        "removed_without_noise": spread([case.hidden.removed for case in right if case.hidden]),
+        "held_out_trial": spread([claimed_share(case, "held_out_trial") for case in right]),
+        "black_box_on_held_out_trial": spread([box for box, _ in controls]),
+        "best_placebo_on_held_out_trial": spread([placebo for _, placebo in controls]),
+        "error": spread(errors),
         "ci_coverage": rate(covered),
     }
 
@@ -283,7 +285,7 @@ def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
             top = max(shows, key=lambda region: region["share"])["channel"]
             footprint = case.key["footprint"]
             largest.append(top == max(footprint, key=lambda name: footprint[name]))
-    return {"f1": _spread(scores), "largest_channel": rate(largest)}
+    return {"f1": spread(scores), "largest_channel": rate(largest)}
 
 
 def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:
@@ -292,7 +294,7 @@ def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:
     for case in cases:
         names = {"null": NO_GAP, "hidden": "hardly shows", "moved": MOVED}
         truth = names.get(case.status) or JOIN.join(family(label) for label in case.truth)
-        table.setdefault(truth, Counter())[_top_family(case)] += 1
+        table.setdefault(truth, Counter())[top_family(case)] += 1
     return {truth: dict(row) for truth, row in sorted(table.items())}
 
 
@@ -315,9 +317,9 @@ def _line(case: ScoredCase) -> dict[str, Any]:
         "person": case.person,
         "truth": JOIN.join(case.truth) or NO_GAP,
         "moved": case.moved,
-        "answer": _top_family(case),
-        "p": _first_family(case)[1],
+        "answer": top_family(case),
+        "p": first_family(case)[1],
         "footprint": max(case.key["footprint"].values()),
         "large": case.large,
-        "covered": _covered(case),
+        "covered": is_covered(case),
     }  # fmt: skip

@@ -149,7 +149,7 @@ class ScoredCase:
     @property
     def right_single(self) -> bool:
         """Whether one effect was injected and its own family is the most probable."""
-        return self.status == "single" and _top_family(self) == family(self.truth[0])
+        return self.status == "single" and top_family(self) == family(self.truth[0])
 
     @property
     def large(self) -> bool:
@@ -159,7 +159,7 @@ class ScoredCase:
         [effect] = self.key["effects"]
         if self.answer is None or self.answer["gap"] is None or effect["parameter"] is None:
             return True
-        off, listed = _off(effect["parameter"]), self.answer["gap"]["smallest_detectable"]
+        off, listed = absent_value(effect["parameter"]), self.answer["gap"]["smallest_detectable"]
         smallest = {d["parameter"]: d["value"] for d in listed if d["label"] == effect["label"]}
         if effect["parameter"] not in smallest:
             return bool(smallest)
@@ -188,7 +188,7 @@ class ScoredCase:
         return self.verdict is not None and bool(self.verdict["gap"]["present"])
 
 
-def _rank(case: ScoredCase) -> int:
+def rank_of_right(case: ScoredCase) -> int:
     """Place of the first right family, beyond all places if none is there."""
     if case.verdict is None:
         return 10**6
@@ -201,29 +201,33 @@ def _right_families(case: ScoredCase) -> tuple[str, ...]:
     return tuple(dict.fromkeys(family(label) for label in case.right))
 
 
-def _family_p(case: ScoredCase) -> float:
+def right_family_p(case: ScoredCase) -> float:
+    """Probability of all right families."""
     if case.verdict is None:
         return 0.0
     p = family_probabilities(case.verdict)
     return sum(p.get(name, 0.0) for name in _right_families(case))
 
 
-def _side_right(case: ScoredCase) -> bool:
-    return _top_family(case).split("/")[0] in {label.split("/")[0] for label in case.right}
+def is_side_right(case: ScoredCase) -> bool:
+    """Whether body, control, input or measurement is right."""
+    return top_family(case).split("/")[0] in {label.split("/")[0] for label in case.right}
 
 
-def _first_family(case: ScoredCase) -> tuple[str, float | None]:
+def first_family(case: ScoredCase) -> tuple[str, float | None]:
     """The most probable family with its probability; None without a verdict."""
     if case.verdict is None:
         return UNANSWERED, None
     return next(iter(family_probabilities(case.verdict).items()))
 
 
-def _top_family(case: ScoredCase) -> str:
-    return _first_family(case)[0]
+def top_family(case: ScoredCase) -> str:
+    """The most probable family."""
+    return first_family(case)[0]
 
 
-def _class_right(case: ScoredCase) -> bool:
+def is_class_right(case: ScoredCase) -> bool:
+    """Whether the most probable class, or candidate without one, holds a right family."""
     if case.verdict is None:
         return False
     groups = {tuple(c["labels"]): float(c["p"]) for c in case.verdict["classes"]}
@@ -233,7 +237,7 @@ def _class_right(case: ScoredCase) -> bool:
     return any(family(label) in _right_families(case) for label in top)
 
 
-def _covered(case: ScoredCase) -> bool | None:
+def is_covered(case: ScoredCase) -> bool | None:
     """Whether the 90 % set holds the truth; None for pairs, which have a score of their own."""
     if case.status == "pair" or case.answer is None or case.answer["status"] == "failed":
         return None
@@ -241,25 +245,26 @@ def _covered(case: ScoredCase) -> bool | None:
     return any(matches_any(label, case.right) for label in chosen)
 
 
-def _none_p(case: ScoredCase) -> float:
+def none_p(case: ScoredCase) -> float:
     """Probability of none of these; an answer that abstains rejects what it was shown."""
     if case.verdict is None:
         return 1.0
     return float(case.verdict["none_p"])
 
 
-def _off(parameter: str) -> float:
+def absent_value(parameter: str) -> float:
     """Value at which an effect is absent."""
     return 1.0 if parameter.endswith("_factor") else 0.0
 
 
-def _amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:
+def found_amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:
+    """What the answer says of a parameter of the injected effect; None if nothing."""
     candidate = case.true_candidate
     parameters = () if candidate is None or name is None else candidate["parameters"]
     return next((p for p in parameters if p["name"] == name), None)
 
 
-def _claimed(case: ScoredCase, split: str) -> float | None:
+def claimed_share(case: ScoredCase, split: str) -> float | None:
     """Share of the gap that the answer says to remove."""
     shrinkage = None if case.verdict is None else case.verdict["shrinkage"]
     if shrinkage is None or shrinkage.get(split) is None:
@@ -267,5 +272,6 @@ def _claimed(case: ScoredCase, split: str) -> float | None:
     return float(shrinkage[split]["value"])
 
 
-def _reducible(gap: HiddenGap | None) -> float | None:
+def hidden_share(gap: HiddenGap | None) -> float | None:
+    """Share of the reducible gap on the hidden task that the answer removes."""
     return None if gap is None else gap.reducible

@@ -37,7 +37,7 @@ class LoadedCollocation(Collocation):
         return residual.ravel()
 
 
-def _loaded(collocation: Collocation, body: Body) -> LoadedCollocation:
+def load_collocation(collocation: Collocation, body: Body) -> LoadedCollocation:
     """The equations of another body."""
     return LoadedCollocation(
         forces=collocation.forces,

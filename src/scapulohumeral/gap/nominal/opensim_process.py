@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import opensim
 
-from scapulohumeral.errors import ConfigError, DataError, ModelError
+from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
@@ -32,7 +32,6 @@ from scapulohumeral.model.tables import read_tables
 
 CASE = "case"
 SAMPLE = "sample"
-REFUSED = 2
 
 
 def build(folder: Path, sampled: bool) -> None:

@@ -17,7 +17,7 @@ from scapulohumeral.gap.effects.body import JOINTS, Body
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.control_bias import Drive, no_drive, toward_emg
 from scapulohumeral.gap.nominal.force_levers import ALONG, force_levers
-from scapulohumeral.gap.nominal.loaded_collocation import _loaded, body_bounds
+from scapulohumeral.gap.nominal.loaded_collocation import body_bounds, load_collocation
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.observables import mean_pose
 from scapulohumeral.gap.settings import GapSettings
@@ -117,7 +117,7 @@ class Movement:
         """The problem with another body."""
         base = self.set_up
         bounds = body_bounds(base.layout, body, (base.lower_bound, base.upper_bound))
-        loaded = _loaded(base.collocation, body)
+        loaded = load_collocation(base.collocation, body)
         return base.varied(loaded, self._objective(body), hessian, bounds)
 
     def variant(self, body: Body) -> Variant:
@@ -125,7 +125,9 @@ class Movement:
         nominal = self._nominal
         layout = self.set_up.layout
         lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
-        return Variant(_loaded(nominal.collocation, body), self._objective(body), lower, upper)
+        return Variant(
+            load_collocation(nominal.collocation, body), self._objective(body), lower, upper
+        )
 
     def with_reference(self, angles_rad: np.ndarray) -> Objective:
         """The objective that tracks another motion, (N, 10) [rad]."""

@@ -35,7 +35,7 @@ from scapulohumeral.dynamics import compiled
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import ModelError, SolveError
+from scapulohumeral.errors import REFUSED, ModelError, SolveError
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.participant_file import check_groups
 from scapulohumeral.model.choices import read_choices
@@ -58,7 +58,6 @@ SAMPLE = "sample"
 # Name of the participant in its cached model: the real one must not influence anything.
 CASE = "case"
 GEOMETRY_FILE = "geometry.npz"
-REFUSED = 2
 # Every trial contributes as many poses, whatever its rate and length.
 PHASE_POINTS = 101
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scapulohumeral.errors import REFUSED, ConfigError
 from scapulohumeral.laboratory.commands.participant import add_body_arguments, body_of
 from scapulohumeral.provenance import MODEL_TABLES
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from scapulohumeral.model.tables import ModelTables
 
 PAGE = "conversion.html"
-REFUSED = 2
 EXAMPLES = """examples:
   scapulohumeral convert session1/*.c3d --map markers.yaml --out trials
   scapulohumeral convert ik/*.mot --model subject.osim --map model.yaml --out trials
@@ -86,7 +86,6 @@ def _write_participant(
     options: argparse.Namespace, outcomes: list[Outcome], tables: ModelTables
 ) -> None:
     """The participant file that a diagnosis of these trials reads."""
-    from scapulohumeral.errors import ConfigError
     from scapulohumeral.laboratory import participant
     from scapulohumeral.laboratory.body_size import scale_factors
 
@@ -137,8 +136,6 @@ def _check_person(options: argparse.Namespace) -> None:
     ------
     ConfigError                      mass without height, or a name or tasks without either
     """
-    from scapulohumeral.errors import ConfigError
-
     given = {"--body-mass": options.body_mass, "--height": options.height}
     missing = [name for name, value in given.items() if value is None]
     asked = [name for name in given if name not in missing]
@@ -160,7 +157,6 @@ def progress(line: str) -> None:
 
 def _outcomes(options: argparse.Namespace, tables: ModelTables) -> list[Outcome]:
     """Outcomes by the kind of map."""
-    from scapulohumeral.errors import ConfigError
     from scapulohumeral.laboratory import convert
     from scapulohumeral.laboratory.checks import Limits
     from scapulohumeral.laboratory.markers.landmarks import calibrate

@@ -7,14 +7,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import REFUSED, DataError
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 if TYPE_CHECKING:
     from scapulohumeral.laboratory.emg_files import EmgMap
 
 CONFIG = CONFIG_FOLDER / "config.yaml"
-REFUSED = 2
 EXAMPLES = """example:
   scapulohumeral emg session1/*.c3d --mvc mvc/*.c3d --map emg.yaml --out trials
 

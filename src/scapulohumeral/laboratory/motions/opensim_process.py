@@ -16,9 +16,7 @@ from typing import Any
 import numpy as np
 import opensim
 
-from scapulohumeral.errors import DataError, ModelError
-
-REFUSED = 2
+from scapulohumeral.errors import REFUSED, DataError, ModelError
 
 
 def run(folder: Path) -> None:

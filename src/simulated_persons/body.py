@@ -134,10 +134,10 @@ def arm_force(body: Body, q: np.ndarray) -> np.ndarray:
     bend = Rotation.from_rotvec(q[:, 12:] * values["axis_EL"]).as_matrix()
     # From each joint to the next, last to where the force acts: the torque is their sum x force.
     parts = [
-        _turned(clavicle, values["offset_AC"]),
-        _turned(scapula, values["offset_GH"]),
-        _turned(humerus, values["offset_EL"]),
-        body.extra.arm_force_share[:, None] * _turned(humerus @ bend, values["com_load"]),
+        turned(clavicle, values["offset_AC"]),
+        turned(scapula, values["offset_GH"]),
+        turned(humerus, values["offset_EL"]),
+        body.extra.arm_force_share[:, None] * turned(humerus @ bend, values["com_load"]),
     ]
     lever, torques = np.zeros((count, 3)), []
     for part in reversed(parts):
@@ -145,14 +145,15 @@ def arm_force(body: Body, q: np.ndarray) -> np.ndarray:
         torques.append(np.cross(lever, force))
     elbow, *ball = torques
     rows = [
-        _turned(m.transpose(0, 2, 1), t)
+        turned(m.transpose(0, 2, 1), t)
         for m, t in zip((humerus, scapula, clavicle), ball, strict=True)
     ]
-    about = np.sum(_turned(humerus, values["axis_EL"]) * elbow, axis=1, keepdims=True)
-    return np.hstack([*rows[::-1], about, _turned(scapula.transpose(0, 2, 1), force)])
+    about = np.sum(turned(humerus, values["axis_EL"]) * elbow, axis=1, keepdims=True)
+    return np.hstack([*rows[::-1], about, turned(scapula.transpose(0, 2, 1), force)])
 
 
-def _turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Products (N, I) of matrices (N, I, J) and vectors (N, J)."""
     return np.einsum("nij,nj->ni", matrix, vector)
 
 

@@ -39,7 +39,7 @@ def channel_names(emg: bool, contact: bool) -> tuple[str, ...]:
 
 def difference(test: Recording, reference: Recording, emg: bool, contact: bool) -> np.ndarray:
     """Test minus reference (F, K): rotation vectors in proximal axes [deg], EMG [1], force [N]."""
-    pose, base = (trial_to_pose(_at_phase(r, r.angles_rad)) for r in (test, reference))
+    pose, base = (trial_to_pose(_at_phase(r.angles_rad)) for r in (test, reference))
     columns = []
     for joint in range(3):
         part = slice(4 * joint, 4 * joint + 4)
@@ -48,9 +48,9 @@ def difference(test: Recording, reference: Recording, emg: bool, contact: bool) 
     columns.append(pose[:, 12:] - base[:, 12:])
     changes = [np.rad2deg(np.hstack(columns))]
     if emg:
-        changes.append(_at_phase(test, test.emg) - _at_phase(reference, reference.emg))
+        changes.append(_at_phase(test.emg) - _at_phase(reference.emg))
     if contact:
-        changes.append(_at_phase(test, test.force_N) - _at_phase(reference, reference.force_N))
+        changes.append(_at_phase(test.force_N) - _at_phase(reference.force_N))
     return np.hstack(changes)
 
 
@@ -61,10 +61,10 @@ def floor(
     sd = [np.tile(ANGLE_DEG, (len(PHASE), 1))]
     model = [MODEL_ANGLE_DEG]
     if emg:
-        sd.append(EMG_FLOOR + EMG_FLOOR_SHARE * _at_phase(reference, reference.emg))
+        sd.append(EMG_FLOOR + EMG_FLOOR_SHARE * _at_phase(reference.emg))
         model.append(MODEL_EMG)
     if contact:
-        force = np.linalg.norm(_at_phase(reference, reference.force_N), axis=1, keepdims=True)
+        force = np.linalg.norm(_at_phase(reference.force_N), axis=1, keepdims=True)
         sd.append(np.repeat(FORCE_FLOOR_N + FORCE_FLOOR_SHARE * force, 3, axis=1))
         model.append(MODEL_FORCE_N)
     repeated = np.hstack(sd)
@@ -79,6 +79,6 @@ def footprints(sigma: np.ndarray) -> np.ndarray:
     return np.sqrt(np.mean(sigma**2, axis=0))
 
 
-def _at_phase(recording: Recording, values: np.ndarray) -> np.ndarray:
+def _at_phase(values: np.ndarray) -> np.ndarray:
     phase = np.linspace(0.0, 1.0, len(values))
     return np.stack([np.interp(PHASE, phase, column) for column in values.T], axis=1)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simulated_persons.allocation import Allocation, allocate
-from simulated_persons.body import Body, Linearisation, linearise, rotate
+from simulated_persons.body import Body, Linearisation, linearise, rotate, turned
 from simulated_persons.muscles import (
     activation_rate,
     activation_step,
@@ -244,14 +244,14 @@ def _wishes(body: Body, goal: Goal, state: _State) -> tuple[np.ndarray, np.ndarr
     """Wished accelerations of the speeds and torques of the girdle's impedance, each (N, 10)."""
     from_sc, from_ac = _into_humerus(body, state.q)
     u = state.u
-    carried = _apply(from_sc, u[:, :3]) + _apply(from_ac, u[:, 3:6])
+    carried = turned(from_sc, u[:, :3]) + turned(from_ac, u[:, 3:6])
     error = goal.errors(state.q)
     slip = goal.rate - np.hstack([u[:, :6], carried + u[:, 6:9], u[:, 9:]])
     impedance = np.zeros_like(u)
     impedance[:, :6] = GIRDLE_STIFFNESS * error[:, :6] + GIRDLE_DAMPING * slip[:, :6]
     wanted = goal.acceleration.copy()
     wanted[:, 6:] += HUMERUS_FREQUENCY**2 * error[:, 6:] + 2.0 * HUMERUS_FREQUENCY * slip[:, 6:]
-    wanted[:, 6:9] -= _apply(from_sc, wanted[:, :3]) + _apply(from_ac, wanted[:, 3:6])
+    wanted[:, 6:9] -= turned(from_sc, wanted[:, :3]) + turned(from_ac, wanted[:, 3:6])
     return wanted, impedance
 
 
@@ -259,7 +259,7 @@ def _joint_rates(body: Body, goal: Goal) -> np.ndarray:
     """Speeds (N, 10) of the joints of a wish, whose humerus is led against the thorax."""
     from_sc, from_ac = _into_humerus(body, goal.pose)
     rate = goal.rate.copy()
-    rate[:, 6:9] -= _apply(from_sc, goal.rate[:, :3]) + _apply(from_ac, goal.rate[:, 3:6])
+    rate[:, 6:9] -= turned(from_sc, goal.rate[:, :3]) + turned(from_ac, goal.rate[:, 3:6])
     return rate
 
 
@@ -280,7 +280,7 @@ def _shear_rows(control, state, line, arms, unit, resting) -> tuple[np.ndarray, 
     shear = axes[:, :, 1:].transpose(0, 2, 1) / state.compression[:, None, None]
     # Superior-inferior shear is held by a longer radius of the glenoid (paper: factor 0.31).
     shear[:, 0] *= np.sqrt(0.31)
-    return np.matmul(shear, by_activation), _apply(shear, passive)
+    return np.matmul(shear, by_activation), turned(shear, passive)
 
 
 def glenoid_axes(angles: np.ndarray) -> np.ndarray:
@@ -297,7 +297,3 @@ def glenoid_axes(angles: np.ndarray) -> np.ndarray:
 def _reaction(line: Linearisation, arms: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Glenohumeral reaction (N, 3) [N] without the inertia of the arm, which is small."""
     return np.einsum("nm,nmk->nk", force, arms[:, :, 10:]) - line.load[:, 10:]
-
-
-def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    return np.einsum("nij,nj->ni", matrix, vector)

@@ -13,7 +13,6 @@ REAL_TRIALS = RealTrials(REAL, REAL_FILE, config["recordings"], REAL_PEOPLE)
 
 
 wildcard_constraints:
-    case="[a-z0-9_]+",
     person="[a-z0-9_]+",
     motion="|".join(name for one in REAL.simulated.values() for name in one.motions),
     kind="effect|no_effect|artefact|simulation",

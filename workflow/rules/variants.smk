@@ -114,6 +114,8 @@ use rule solve_variant as predict_variant_task with:
         "results/benchmarks/predict_variant_task/{variant}_{participant}_{trial}_{condition}.jsonl"
     wildcard_constraints:
         condition=HEALTHY,
+    params:
+        time_step_s=lookup(within=config, dpath="prediction/task_time_step_s"),
     message:
         "Prediction of variant {wildcards.variant}: participant {wildcards.participant},"
         " {wildcards.condition}, {wildcards.trial}"

@@ -18,7 +18,6 @@ from scapulohumeral.gap.curve_files import (
     RobustnessRow,
     table_of,
 )
-from scapulohumeral.gap.detection import null_bank as null_bank
 from scapulohumeral.gap.detection.feasibility import no_cost
 from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
@@ -134,7 +133,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         shrinkage=explained,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,
-        untestable=untestable(evidence.effects),
+        untestable=() if evidence.settings.of_simulations else untestable(evidence.effects),
         robustness=robust,
         warnings=tuple(warnings),
         curves={

@@ -26,7 +26,7 @@ def matches_any(label: str, truths: Iterable[str]) -> bool:
 NONE, NO_GAP = "none", "no_gap"
 # The movement was done differently: no cause that acts on body or record.
 MOVED = "control/movement_strategy"
-# A segment frame turned by as much in all tasks, and members of the family by segment.
+# A segment frame turned by as much in all tasks.
 FRAMES = "input/frame_misalignment"
 
 

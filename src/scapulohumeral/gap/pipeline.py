@@ -18,7 +18,7 @@ from scapulohumeral.gap.curve_files import (
     BaselinesRow,
     table_of,
 )
-from scapulohumeral.gap.detection import null_bank as null_bank
+from scapulohumeral.gap.detection import null_bank
 from scapulohumeral.gap.detection.permutation import strongest
 from scapulohumeral.gap.detection.presence import tested
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
@@ -60,8 +60,6 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     """
     warnings: list[str] = []
     weighing = settings.weighing
-    if case.participant.emg_channels and not case.channels:
-        warnings.append("EMG is left out: no channel of the participant is in every trial")
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS

@@ -231,7 +231,7 @@ class Robustness:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """A finished diagnosis. Only `curves` is not part of ``result.json``; see module `curves`."""
+    """A finished diagnosis. Of `curves`, which are not in ``result.json``, see `curve_files`."""
 
     status: Status
     status_reason: str

@@ -14,7 +14,7 @@ import logging
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ from scapulohumeral.configuration.simulator import Simulator
 from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
-from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks
+from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks, not_compared
 from scapulohumeral.gap.recording.marks import unmeasured
 from scapulohumeral.gap.recording.participant_file import (
     check_groups,
@@ -35,6 +35,7 @@ from scapulohumeral.gap.recording.trials import read_trials, trial_files
 from scapulohumeral.gap.settings import (
     SETTINGS,
     VIEWS,
+    GapSettings,
     View,
     read_diagnosis_config,
     read_settings,
@@ -113,10 +114,11 @@ def run(request: Request) -> int:
                 simulator = read_simulator(request.simulator)
                 whole = with_problem_of(whole, simulator.variant)
             config = sections_read(whole, *VIEWS)
-            # Contradictions are refused before a model is built.
-            read_settings(config)
+            # Contradictions, and weights that cannot be read, are refused before a model is built.
+            settings = read_settings(config, request.view, request.simulated)
+            settled = settings_hash(config, settings)
             case = read_case(request, config)
-            return _answer(request, case, config, simulator)
+            return _answer(request, case, config, simulator, settings, settled)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
             print(f"Refused: {error}", file=sys.stderr)
@@ -149,7 +151,28 @@ def read_case(request: Request, config: Config) -> Case:
     return case
 
 
-def _answer(request: Request, case: Case, config: Config, simulator: Simulator | None) -> int:
+def settings_hash(config: Config, settings: GapSettings) -> str:
+    """Hash of all that an answer is made by beside code, model and trials.
+
+    Weights of evidence count by their values, not by the name of their file.
+    """
+    whole = {
+        "config": config,
+        "view": settings.view,
+        "simulated": settings.of_simulations,
+        "weights": asdict(settings.weighing),
+    }
+    return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
+
+
+def _answer(
+    request: Request,
+    case: Case,
+    config: Config,
+    simulator: Simulator | None,
+    settings: GapSettings,
+    settled: str,
+) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     from scapulohumeral.gap.curve_files import check_curves
     from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
@@ -164,18 +187,18 @@ def _answer(request: Request, case: Case, config: Config, simulator: Simulator |
         else:
             model = simulating_model(simulator)
         log.info("model %s", model.hash)
-        diagnosis = diagnose(case, model, read_settings(config, request.view, request.simulated))
+        diagnosis = diagnose(case, model, settings)
     except (ConfigError, DataError, ModelError):
         raise
     except Exception as error:
         # Also a defect of the program: whoever reads result.json learns that there is no verdict.
         diagnosis = _failed(case, error)
-    diagnosis = _completed(diagnosis, case, model, config)
+    diagnosis = _completed(diagnosis, case, model, settled)
     try:
         text = to_json(diagnosis)
         check_curves(diagnosis.curves)
     except DataError as error:
-        diagnosis = _completed(_failed(case, error), case, model, config)
+        diagnosis = _completed(_failed(case, error), case, model, settled)
         text = to_json(diagnosis)
     (request.out / RESULT).write_text(text, encoding="utf-8")
     _illustrate(diagnosis, request)
@@ -199,14 +222,14 @@ def _failed(case: Case, error: Exception) -> Diagnosis:
 
 
 def _completed(
-    diagnosis: Diagnosis, case: Case, model: ParticipantModel | None, config: Config
+    diagnosis: Diagnosis, case: Case, model: ParticipantModel | None, settled: str
 ) -> Diagnosis:
     """A diagnosis with the fields that follow from the case alone."""
     from scapulohumeral.gap.result import describe_inputs
 
     hashes = {
         "code": answering_code(),
-        "config": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
+        "config": settled,
         "model": None if model is None else model.hash,
         "inputs": case_hash(case),
         "null_bank": diagnosis.hashes.get("null_bank"),
@@ -215,7 +238,7 @@ def _completed(
         diagnosis,
         mode=case.mode,
         inputs=describe_inputs(case),
-        warnings=(*diagnosis.warnings, *unmeasured(case.trials)),
+        warnings=(*diagnosis.warnings, *not_compared(case), *unmeasured(case.trials)),
         hashes=hashes,
     )
 

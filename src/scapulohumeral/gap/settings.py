@@ -171,12 +171,12 @@ class GapSettings(_Keys):
         """Refuse contradictions."""
         if not 2 <= self.phase_functions <= self.nodes // 2:
             raise ConfigError(
-                f"gap.phase_functions: {self.phase_functions} of {self.nodes} nodes; expected 2 to "
-                f"{self.nodes // 2}, or the curves hold noise. Lower it or raise gap.nodes."
+                f"phase_functions: {self.phase_functions} of {self.nodes} nodes; expected 2 to "
+                f"{self.nodes // 2}, or the curves hold noise. Lower it or raise nodes."
             )
         if self.prior_no_gap + self.prior_none + self.prior_moved >= 1.0:
             raise ConfigError(
-                f"gap.prior_no_gap, prior_none and prior_moved: {self.prior_no_gap}, "
+                f"prior_no_gap, prior_none and prior_moved: {self.prior_no_gap}, "
                 f"{self.prior_none} and {self.prior_moved} leave nothing for the effects; expected "
                 "a sum below 1. Lower them."
             )

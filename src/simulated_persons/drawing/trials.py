@@ -83,7 +83,7 @@ def simulated(study: Study, plans: Sequence[Plan]) -> dict[str, Recordings | str
     found: dict[str, Recordings | str] = {plan.id: MISSED for plan in plans}
     found.update({plan.id: {} for plan in able})
     runs = {plan.id: trial_runs(plan, persons[plan.id], ways[plan.id]) for plan in able}
-    for run, q, trace, failure in _followed(study, plans, runs):
+    for run, q, trace, failure in _followed(plans, runs):
         trials = found[run.case]
         if failure:
             found[run.case] = failure
@@ -115,7 +115,7 @@ def _ways(
                 Run(plan.id, (str(otherwise), task, 0), person.usual, way.poses(still), False)
                 for (otherwise, task), way in ways[plan.id].items()
             ]
-    for run, q, _, failure in _followed(study, plans, first):
+    for run, q, _, failure in _followed(plans, first):
         if failure:
             ways.pop(run.case, None)
         elif run.case in ways:
@@ -136,7 +136,7 @@ def recorded_ways(study: Study, plan: Plan, person: Person) -> dict[tuple[bool, 
 
 
 def _followed(
-    study: Study, plans: Sequence[Plan], runs: Mapping[str, Sequence[Run]]
+    plans: Sequence[Plan], runs: Mapping[str, Sequence[Run]]
 ) -> Iterator[tuple[Run, np.ndarray, Trace, str]]:
     """Simulate the runs of all cases: poses, trace, and why it is none of the task, or nothing."""
     together: dict[tuple[str, bool], list[Run]] = defaultdict(list)

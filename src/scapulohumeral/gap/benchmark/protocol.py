@@ -28,14 +28,22 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.score_card import REGISTERED, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.parallel import side_by_side
-from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code
-from scapulohumeral.provenance import files_below
+from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code, settings_hash
+from scapulohumeral.gap.settings import (
+    SETTINGS,
+    VIEWS,
+    read_diagnosis_config,
+    read_settings,
+    sections_read,
+)
+from scapulohumeral.provenance import CONFIG_FOLDER, files_below
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
 # Gap on the hidden task before and after a candidate of an answer; None: unknown.
 Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
+STUDY = CONFIG_FOLDER / "config.yaml"
 DIAGNOSE = (sys.executable, "-m", COMMAND, "gap", "diagnose")
 
 
@@ -97,18 +105,19 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
 
     Raises
     ------
-    DataError                        a case changed after sealing, or other code answered before
+    DataError                        a case changed after sealing, or other code, settings or
+                                     weights answered before
     """
     sealed = _read(files.published, SEAL_SCHEMA)["cases"]
-    code = answering_code()
+    made_by = {"code": answering_code(), "settings": _settings()}
     record_file = files.answers / ANSWERS
-    record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), "code": code, "cases": {}}
+    record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), **made_by, "cases": {}}
     if record_file.exists():
         record = _read(record_file, ANSWER_SCHEMA)
-    if record["code"] != code:
+    if any(record.get(key) != value for key, value in made_by.items()):
         raise DataError(
-            f"{record_file}: answers of other code are here. Name another folder of answers; "
-            "it will count as a second look if keys were opened in between."
+            f"{record_file}: answers of other code, settings or weights are here. Name another "
+            "folder of answers; it will count as a second look if keys were opened in between."
         )
     open_cases = [name for name in sorted(sealed) if name not in record["cases"]]
     for name in open_cases:
@@ -123,6 +132,12 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
             record["cases"][name] = task.result()
             _write(record_file, record)
             print(f"{name}: exit code {record['cases'][name]['exit_code']}", flush=True)
+
+
+def _settings() -> str:
+    """Hash of settings and weights that a diagnosis has unless others are named."""
+    config = sections_read(read_diagnosis_config(STUDY, SETTINGS), *VIEWS)
+    return settings_hash(config, read_settings(config))
 
 
 def score(

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.gap.curve_files import read_pairs
-from scapulohumeral.gap.labels import NO_GAP
+from scapulohumeral.gap.labels import NO_GAP, family
 from scapulohumeral.gap.recording.case import Case, GapTrial, make_case
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import read_trials, trial_files
@@ -49,7 +49,7 @@ def baseline_families(folder: Path, answer_folder: Path) -> dict[str, str]:
     """
     named = {"prior_only": MOST_COMMON, "rule_based": rule_based(read_trial_folders(folder))}
     run = read_pairs(answer_folder, "baselines")
-    return named | {method: _family(label) for method, label in run.items()}
+    return named | {method: family(label) for method, label in run.items()}
 
 
 def control_shares(answer_folder: Path) -> tuple[float | None, float | None]:
@@ -172,7 +172,3 @@ def _at_phase(trial: GapTrial, time_s: Array, values: Array) -> Array:
     """Values (F, K) over the movement."""
     at = np.linspace(*trial.window_s, POINTS)
     return np.stack([np.interp(at, time_s, column) for column in values.T], axis=1)
-
-
-def _family(label: str) -> str:
-    return "/".join(label.split("/")[:2])

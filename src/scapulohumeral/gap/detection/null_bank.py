@@ -24,10 +24,10 @@ from scapulohumeral.instructions import kept_instruction_hash
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 SCHEMA = "null-bank/3"
-# Without a bank that fits, thresholds are higher by this factor: not at all, because no effect-free
-# case of the present bank comes nearer to its simulated threshold than 0.6 of it with reference
-# trials, and 0.85 without. Simulated thresholds hold the scatter of real repeats.
-UNCHECKED = {"reference": 1.0, "no_reference": 1.0}
+# Without a bank that fits, simulated thresholds stay as they are: no effect-free case of the
+# present bank comes nearer to its own than 0.6 of it with reference trials, and 0.85 without.
+# Simulated thresholds hold the scatter of real repeats.
+UNCHECKED = 1.0
 # What tests and thresholds are computed by: rows of a case, the order of its trials, and what of a
 # trial is looked at.
 STATISTICS = (
@@ -104,22 +104,20 @@ def inflation(
         with as much EMG count, with none of these all of the mode
     alpha : false alarms allowed
     """
-    uncalibrated = "probabilities are not calibrated"
     mode_cases = [case for case in bank.cases if case.mode == mode] if bank else []
     with_emg = [case for case in mode_cases if case.emg == emg]
     alike = [case for case in with_emg if case.contact == contact]
     cases = (alike if (len(alike) + 1) * alpha >= 1.0 else with_emg) or mode_cases
     if not cases:
-        return UNCHECKED[mode], (
-            f"thresholds are simulated, times {UNCHECKED[mode]:g}: no effect-free case of this "
-            f"kind has checked them; {uncalibrated}"
+        return UNCHECKED, (
+            "thresholds are simulated: no effect-free case of this kind has checked them"
         )
     ordered = sorted(case.largest for case in cases)
     rank = min(math.ceil((len(ordered) + 1) * (1.0 - alpha)), len(ordered))
     allowed = 100.0 * (len(ordered) + 1 - rank) / (len(ordered) + 1)
     return max(ordered[rank - 1], 1.0), (
         f"thresholds were checked on {len(ordered)} effect-free cases, which vouch for at most "
-        f"{allowed:.0f} % false alarms; {uncalibrated}"
+        f"{allowed:.0f} % false alarms"
     )
 
 

@@ -32,7 +32,8 @@ def misfit(
         left = residual.whiten(residual.delta)
         squares = float(left @ left)
     else:
-        left = residual.whiten(residual.delta - likeliest.predicted)
+        # Errors of predictions are independent along these axes.
+        left = residual.axes.whiten(residual.delta - likeliest.predicted)
         error = likeliest.hypothesis.error(likeliest.x, residual, relative_error)
         squares = error.squares(left)
     return max(squares / len(left), 1.0)

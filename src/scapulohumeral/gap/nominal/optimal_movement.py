@@ -285,7 +285,7 @@ class Movement:
                 f"movement of {self.objective.step * (len(self.angles_rad) - 1):.2f} s: "
                 f"{result.message} after {result.iterations} iterations, violation "
                 f"{result.constraint_violation:.1e}; expected a solution. Check the recording, or "
-                "raise gap.iterations."
+                "raise iterations in the settings."
             )
         return result.point
 

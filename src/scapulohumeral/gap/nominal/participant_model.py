@@ -95,7 +95,6 @@ class ParticipantModel:
     forces : equations of motion and muscle geometry, in quaternions
     muscles : generic muscle parameters, in the order of the record
     hash : SHA-256 of all that the model is made from
-    folder, equations : where its files and the equations are kept
     """
 
     record: ModelRecord
@@ -103,8 +102,6 @@ class ParticipantModel:
     forces: MuscleForces
     muscles: MuscleParameters
     hash: str
-    folder: Path
-    equations: Path
 
 
 @dataclass(frozen=True)
@@ -163,8 +160,6 @@ def read_model(
         forces=MuscleForces(compiled.load(equations), load_geometry(files.geometry)),
         muscles=muscles(record),
         hash=key,
-        folder=files.record.parent,
-        equations=equations,
     )
 
 

@@ -1,4 +1,4 @@
-"""Refusal of files that are sound one by one, but cannot be compared with each other."""
+"""What of files that are sound one by one cannot be compared with each other."""
 
 from __future__ import annotations
 
@@ -36,3 +36,26 @@ def check_channels(case: Case) -> None:
                 f"{trial.source}, columns {', '.join(trial.emg.channels)}: none is in emg.channels "
                 f"of the participant file, {', '.join(known)}. Rename the columns or the channels."
             )
+
+
+def not_compared(case: Case) -> list[str]:
+    """What was recorded in some trials but is not compared, one sentence each."""
+    known, trials = case.participant.emg_channels, case.trials
+    with_emg = [trial.name for trial in trials if trial.emg is not None]
+    with_force = [trial.name for trial in trials if trial.contact is not None]
+    having = {
+        channel: [t.name for t in trials if t.emg is not None and channel in t.emg.channels]
+        for channel in known
+    }
+    recorded = {f"EMG channel {channel}": names for channel, names in having.items()}
+    notes = []
+    if with_emg and not known:
+        notes.append(
+            f"EMG of {len(with_emg)} trials is not compared: the participant file has no "
+            "emg.channels, which say what muscles lie under each electrode"
+        )
+    for what, names in {**recorded, "joint force": with_force}.items():
+        lacking = [trial.name for trial in trials if trial.name not in names]
+        if names and lacking:
+            notes.append(f"{what} is not compared: not recorded in {', '.join(lacking)}")
+    return notes

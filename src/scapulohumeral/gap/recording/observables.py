@@ -73,13 +73,22 @@ def recorded(trial: GapTrial, channels: tuple[str, ...], contact: bool, nodes: i
 
 
 def _averaged(time_s: Array, values: Array, times: Array) -> Array:
-    """Means of curves (T, C) over one step about each of the times (N,), (N, C)."""
+    """Means of curves (T, C) over one step about each of the times (N,), (N, C).
+
+    Where curves start late or end early, as far as clocks may differ, their end value is held.
+    """
     half = 0.5 * (times[1] - times[0])
     area = cumulative_trapezoid(values, time_s, axis=0, initial=0)
     low, high = (np.clip(times + sign * half, time_s[0], time_s[-1]) for sign in (-1.0, 1.0))
+    held = high <= low
+    width = np.where(held, 1.0, high - low)
     curves = [
-        (np.interp(high, time_s, column) - np.interp(low, time_s, column)) / (high - low)
-        for column in area.T
+        np.where(
+            held,
+            np.interp(times, time_s, curve),
+            (np.interp(high, time_s, column) - np.interp(low, time_s, column)) / width,
+        )
+        for curve, column in zip(values.T, area.T, strict=True)
     ]
     return np.stack(curves, axis=1)
 

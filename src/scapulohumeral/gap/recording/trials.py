@@ -20,6 +20,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
+from scapulohumeral.gap.recording.observables import CONTACT_CHANNELS
 from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
@@ -29,7 +30,6 @@ from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
 # This project's own tables carry the unit in the name.
 COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
-FORCE_COLUMNS = ("GHF_x", "GHF_y", "GHF_z")
 EMG_COLUMN = re.compile(r"EMG_[^/+ >]+")
 SUFFIXES = (".csv", ".mot")
 FEWEST_FRAMES = 10
@@ -216,11 +216,11 @@ def _emg_columns(table: MotionTable) -> tuple[str, ...]:
 
 
 def _force_columns(table: MotionTable) -> tuple[str, ...]:
-    present = tuple(name for name in FORCE_COLUMNS if name in table.columns)
-    if present and present != FORCE_COLUMNS:
+    present = tuple(name for name in CONTACT_CHANNELS if name in table.columns)
+    if present and present != CONTACT_CHANNELS:
         raise DataError(
             f"{table.path}: columns {', '.join(present)} alone; expected all of "
-            f"{', '.join(FORCE_COLUMNS)}. Add the missing components, or leave all out."
+            f"{', '.join(CONTACT_CHANNELS)}. Add the missing components, or leave all out."
         )
     return present
 
@@ -246,7 +246,7 @@ def _series_table(
     if not columns:
         raise DataError(
             f"{file}, row 1: found {', '.join(companion.columns)}; expected "
-            f"{'EMG_...' if kind == 'emg' else ', '.join(FORCE_COLUMNS)}. Correct the header."
+            f"{'EMG_...' if kind == 'emg' else ', '.join(CONTACT_CHANNELS)}. Correct the header."
         )
     return companion, columns
 

@@ -64,7 +64,7 @@ class Noise:
 
     @property
     def source(self) -> str:
-        """Where it comes from: "repeats", or "configuration" for its section `gap.noise` alone."""
+        """Where it comes from: "repeats", or "configuration" for `noise` of the settings alone."""
         return "repeats" if any(self.degrees.values()) else "configuration"
 
 

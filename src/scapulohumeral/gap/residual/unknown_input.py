@@ -14,7 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from scapulohumeral.gap.recording.observables import channel_kind, phase_functions
+from scapulohumeral.gap.recording.observables import (
+    KINEMATIC_CHANNELS,
+    channel_kind,
+    phase_functions,
+)
 from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
@@ -53,9 +57,6 @@ def unknown_input_left(residual: Residual, columns: np.ndarray) -> float:
     return min(float(left @ left) * len(white) / free, float(len(white)))
 
 
-DOF_NAMES = (*(f"{joint}_r{axis}" for joint in ("SC", "AC", "GH") for axis in "xyz"), "EL_rx")
-
-
 @dataclass(frozen=True, eq=False)
 class UnknownInputs:
     """Smooth generalised forces of each task, and smooth errors of its EMG channels.
@@ -84,7 +85,7 @@ def unknown_inputs(
     """
     nodes = len(functions)
     shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
-    names = [("dof", name) for name in DOF_NAMES]
+    names = [("dof", name) for name in KINEMATIC_CHANNELS]
     emg = [name for name in channels if channel_kind(name) == "emg"]
     names += [("channel", name) for name in emg]
     blocks = []
@@ -96,7 +97,7 @@ def unknown_inputs(
             curves[:, :, channels.index(name)] = emg_unit * shapes.T
             columns.append(compress([curves], functions))
         blocks.append(np.hstack(columns))
-    units = [1.0] * len(DOF_NAMES) + [emg_unit] * len(emg)
+    units = [1.0] * len(KINEMATIC_CHANNELS) + [emg_unit] * len(emg)
     return UnknownInputs(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from scapulohumeral.gap.effects.emd import PARAMS as DELAY
 from scapulohumeral.gap.effects.emd import Emd
+from scapulohumeral.gap.effects.frame_misalignment import SEGMENTS
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.observables import phase_functions
@@ -26,9 +27,6 @@ SMOOTH = 4
 SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
 
 
-FRAME_SEGMENTS = ("thorax", "scapula", "humerus")
-
-
 def session_records(mean_record: Observation, settings: GapSettings) -> list[Observation]:
     """Records (R) with one standard deviation of each error of a new session.
 
@@ -36,7 +34,7 @@ def session_records(mean_record: Observation, settings: GapSettings) -> list[Obs
     """
     s = settings.session
     records = []
-    for segment in FRAME_SEGMENTS:
+    for segment in SEGMENTS:
         for vector in np.deg2rad(s.frame_deg) * np.eye(3):
             records.append(replace(mean_record, pose=turn_frame(mean_record.pose, segment, vector)))
     records += _turned(mean_record, "clavicle", s.clavicle_axial_deg, np.eye(3)[:1])

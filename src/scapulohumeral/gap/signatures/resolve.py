@@ -25,7 +25,7 @@ MARGIN = 1e-4
 def stiffened_movement(
     model: ParticipantModel, of_task: TaskSignatures, stiffness: float, settings: GapSettings
 ) -> Movement:
-    """The movement of a response, kept with a stiffness, ready to be solved with effects."""
+    """The nominal movement of a task, kept with a stiffness, ready to be solved with effects."""
     move = movement(model, of_task.mean_record, settings).driven(of_task.drive)
     return with_state(move, of_task.point).kept(of_task.point, stiffness)
 
@@ -46,7 +46,7 @@ class Resolve:
 
     Attributes
     ----------
-    move : movement; response : its nominal solution
+    move : movement; of_task : its nominal solution, and what effects change of it
     sensors : what is recorded; iterations : after which a solve counts as failed
     """
 

@@ -1,7 +1,7 @@
 """Simple ways to name a cause from signatures, which the whole diagnosis has to beat.
 
-They see what the diagnosis sees and get the same signatures; `blind_baselines` compares them on
-blind cases with rules that need no model.
+They see what the diagnosis sees and get the same signatures; `benchmark.rules_of_thumb`
+compares them on blind cases with rules that need no model.
 
 Letters: D coefficients, P parameters, T tasks, N nodes, K channels.
 """

@@ -44,7 +44,8 @@ def smallest_detectable(
 
     Parameters
     ----------
-    effects : of a person who keeps the movement and pays with effort: who yields is found sooner
+    effects : of a person who keeps the movement and pays with effort, for who yields is found
+        sooner; without reference trials of one who answers as the model does
     residual : what is tested, with all that sessions may change
     thresholds : z values from which on a difference of the shape of an effect is a gap, by test
     signature_error : relative error of predicted changes

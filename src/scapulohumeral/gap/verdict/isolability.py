@@ -89,7 +89,7 @@ def next_trial(
     ----------
     fits : the most probable first; group : labels of the class of the first
     residual : what was explained; relative_error : of predicted changes
-    temperature : as for :func:`posterior`
+    temperature : by which evidence was divided on the whole
 
     Returns
     -------

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from scapulohumeral.quantities.proportion import wilson95
+from scapulohumeral.report.gap.tables import percent
 from scapulohumeral.report.tables import Table
 
 NO_EFFECT, ARTEFACT = "no_effect", "artefact"
@@ -72,7 +73,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     truth = OR.join(WORDS.get(label, label) for label in row["truth"].split(OR))
     if row["status"] == "failed":
         return (about, truth, "", f"no verdict: {row['status_reason']}", "", "", "")
-    first = f"{WORDS.get(row['first'], row['first'])} ({_percent(row['first_p'])})"
+    first = f"{WORDS.get(row['first'], row['first'])} ({percent(row['first_p'])})"
     if row["status"] == "abstained":
         first = f"not decided: {row['status_reason']}; most probable {first}"
     removed = row["held_out"]
@@ -81,9 +82,9 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         truth,
         f"{'yes' if row['present'] else 'no'} ({row['p_value']:.2g})",
         first,
-        _percent(row["truth_p"]),
+        percent(row["truth_p"]),
         f"{'yes' if row['in_set90'] else 'no'} ({row['set_size']:.0f})",
-        "not asked for" if removed is None else _percent(removed),
+        "not asked for" if removed is None else percent(removed),
     )
 
 
@@ -99,8 +100,4 @@ def _share(hits: list[bool]) -> str | None:
     if not hits:
         return None
     low, high = wilson95(sum(hits), len(hits))
-    return f"{sum(hits)} of {len(hits)} [{_percent(low)}, {_percent(high)}]"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %"
+    return f"{sum(hits)} of {len(hits)} [{percent(low)}, {percent(high)}]"

@@ -115,7 +115,7 @@ def verdict_table(diagnoses: Sequence[Mapping[str, Any]]) -> Table:
             _place(d["regions"]["enters"], "name"),
             _place(d["regions"]["shows"], "channel"),
             _cause(d),
-            f"{_percent(d['none_p'])} / {_percent(d['no_gap_p'])}",
+            f"{percent(d['none_p'])} / {percent(d['no_gap_p'])}",
             _shrinkage(d),
         )
         for d in diagnoses
@@ -138,9 +138,9 @@ def candidate_table(diagnosis: Mapping[str, Any]) -> Table:
     for candidate in diagnosis["candidates"][:SHOWN_CANDIDATES]:
         sizes = "; ".join(_amplitude(p) for p in candidate["parameters"])
         inside = candidate["label"] in diagnosis["set90"]
-        share = _percent(candidate["unexplained_share"])
+        share = percent(candidate["unexplained_share"])
         rows.append(
-            (candidate["label"], _percent(candidate["p"]), sizes, share, "yes" if inside else "no")
+            (candidate["label"], percent(candidate["p"]), sizes, share, "yes" if inside else "no")
         )
     return Table(("cause", "probability", "size", "unexplained", "in the 90 % set"), rows)
 
@@ -212,7 +212,7 @@ def _rate(rate: Mapping[str, Any] | None) -> str:
     if rate is None or rate["value"] is None:
         return "no case"
     low, high = rate["wilson95"]
-    return f"{_percent(rate['value'])} [{_percent(low)}, {_percent(high)}], {rate['n']} cases"
+    return f"{percent(rate['value'])} [{percent(low)}, {percent(high)}], {rate['n']} cases"
 
 
 def _median(spread: Mapping[str, Any] | None) -> str:
@@ -255,7 +255,7 @@ def _cause(diagnosis: Mapping[str, Any]) -> str:
     if diagnosis["none_p"] > best["p"]:
         return "none of the known effects"
     sizes = "; ".join(_amplitude(p) for p in best["parameters"])
-    return f"{best['label']} (probability {_percent(best['p'])}): {sizes}"
+    return f"{best['label']} (probability {percent(best['p'])}): {sizes}"
 
 
 def _amplitude(parameter: Mapping[str, Any]) -> str:
@@ -273,9 +273,10 @@ def _shrinkage(diagnosis: Mapping[str, Any]) -> str:
     parts = []
     for key, text in (("in_sample", "in sample"), ("new_task", "on a new movement")):
         share = found[key]
-        parts.append(f"{text}: {'none to remove' if share is None else _percent(share['value'])}")
+        parts.append(f"{text}: {'none to remove' if share is None else percent(share['value'])}")
     return "; ".join(parts)
 
 
-def _percent(share: float | None) -> str:
+def percent(share: float | None) -> str:
+    """A share in per cent."""
     return "unknown" if share is None else f"{100.0 * share:.0f} %"

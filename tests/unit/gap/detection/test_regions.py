@@ -12,7 +12,7 @@ from scapulohumeral.gap.detection.regions import POINTWISE_SIGMA, entered_region
 from scapulohumeral.gap.isolation.priors import PAIRS, pair_priors
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.residual.unknown_input import DOF_NAMES, UnknownInputs
+from scapulohumeral.gap.residual.unknown_input import UnknownInputs
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 from scapulohumeral.gap.verdict.candidates import _level
 
@@ -71,18 +71,18 @@ def test_forces_enter_where_they_explain_the_difference():
     there = residual()
     shapes = phase_functions(NODES, SMOOTH) * np.sqrt(NODES)
     columns = []
-    for i in range(len(DOF_NAMES)):
+    for i in range(len(KINEMATIC_CHANNELS)):
         curves = np.zeros((SMOOTH, NODES, len(NAMES)))
         curves[:, :, i] = shapes.T
         columns.append(there.compress([curves]))
-    names = tuple(("dof", name) for name in DOF_NAMES)
+    names = tuple(("dof", name) for name in KINEMATIC_CHANNELS)
     unknown_inputs = UnknownInputs(np.hstack(columns), names, (shapes,) * len(names))
     delta = unknown_inputs.columns[:, 2 * SMOOTH] * 10.0
     for halves, repeated in (([delta, delta], True), ([2.0 * delta, 0.0 * delta], False)):
         regions, rows = entered_regions(
             replace(there, delta=delta), unknown_inputs, halves, 0.05, 1
         )
-        assert [region.name for region in regions] == [DOF_NAMES[2]]
+        assert [region.name for region in regions] == [KINEMATIC_CHANNELS[2]]
         assert regions[0].effect == pytest.approx(10.0, rel=0.1)
         assert regions[0].repeated is repeated
         assert len(rows) == len(names)

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from scapulohumeral.gap.recording.observables import difference, predicted, predicted_changes
+from scapulohumeral.gap.recording.observables import (
+    _averaged,
+    difference,
+    predicted,
+    predicted_changes,
+)
 from scapulohumeral.ocp.objective import Trajectory
 
 pytestmark = pytest.mark.unit
@@ -42,3 +47,14 @@ def test_changes_are_differences_of_what_is_recorded(channels, contact):
         )
         expected = difference(ahead, behind) / (2.0 * STEP)
         np.testing.assert_allclose(change, expected, rtol=1e-6, atol=1e-6)
+
+
+def test_what_ends_a_little_early_is_held():
+    """A clock may be off by more than half a step of the nodes."""
+    times = np.linspace(0.0, 1.0, 41)
+    time_s = np.linspace(0.0, 0.95, 96)
+    found = _averaged(time_s, np.stack([time_s, 1.0 + 0.0 * time_s], axis=1), times)
+    inside = slice(1, -3)
+    np.testing.assert_allclose(found[inside, 0], times[inside], atol=1e-9)
+    np.testing.assert_allclose(found[:, 1], 1.0)
+    np.testing.assert_allclose(found[-1, 0], 0.95)

@@ -249,7 +249,7 @@ def test_who_cannot_do_a_task_at_all_has_no_movement_to_keep(
     }
     study = SimpleNamespace(motions={("par1", task): MOTION for task in TASKS})
 
-    def followed(_, __, runs):
+    def followed(_, runs):
         for case, own in runs.items():
             for run in own:
                 missed = case == plans[0].id and run.name[1] == plans[0].hidden

@@ -68,10 +68,12 @@ def of_families(probabilities: Mapping[str, float]) -> dict[str, float]:
 
 
 def mean(values: Sequence[float]) -> float | None:
+    """Mean; None without values."""
     return float(np.mean(values)) if len(values) else None
 
 
 def spread(values: Sequence[float | None]) -> dict[str, Any]:
+    """Median, quartiles and largest of what is known."""
     known = [value for value in values if value is not None]
     if not known:
         return {"median": None, "quartiles": None, "largest": None, "n": 0}

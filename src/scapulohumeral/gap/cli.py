@@ -84,12 +84,7 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     add("test", nargs="+", type=Path, metavar="TEST", help="trials to explain: .csv or .mot")
     add("--reference", nargs="+", type=Path, default=[], metavar="REF", help="trials without it")
     add("--out", type=Path, required=True, metavar="DIR", help="folder for the answer")
-    add(
-        "--participant",
-        type=Path,
-        metavar="FILE",
-        help="default: participant.yaml beside TESTs, or above",
-    )
+    add("--participant", type=Path, metavar="FILE", help="default: beside TESTs, or above")
     add(
         "--view", choices=("tracking", "prediction"), default="tracking",
         help="compare with the tracked motion, or with scapula and clavicle predicted from the "

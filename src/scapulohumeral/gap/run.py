@@ -114,11 +114,10 @@ def run(request: Request) -> int:
                 simulator = read_simulator(request.simulator)
                 whole = with_problem_of(whole, simulator.variant)
             config = sections_read(whole, *VIEWS)
-            # Contradictions, and weights that cannot be read, are refused before a model is built.
+            # Contradictions are refused before a model is built.
             settings = read_settings(config, request.view, request.simulated)
-            settled = settings_hash(config, settings)
             case = read_case(request, config)
-            return _answer(request, case, config, simulator, settings, settled)
+            return _answer(request, case, config, simulator, settings)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
             print(f"Refused: {error}", file=sys.stderr)
@@ -171,7 +170,6 @@ def _answer(
     config: Config,
     simulator: Simulator | None,
     settings: GapSettings,
-    settled: str,
 ) -> int:
     """Build the model, diagnose and write; a failed solve becomes a diagnosis that says so."""
     from scapulohumeral.gap.curve_files import check_curves
@@ -180,6 +178,8 @@ def _answer(
     from scapulohumeral.gap.pipeline import diagnose
     from scapulohumeral.gap.result import to_json
 
+    # Weights that cannot be read are refused before a model is built.
+    settled = settings_hash(config, settings)
     model = None
     try:
         if simulator is None:

@@ -203,7 +203,7 @@ def changed(tmp_path):
         ("--config", "model.mases", "published", "Did you mean 'masses'"),
         ("--settings", "itreations", 3, "Did you mean 'iterations'"),
         ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
-        ("--settings", "phase_functions", 20, "phase_functions: 20 of 21 nodes"),
+        ("--settings", "phase_functions", 20, "Refused: phase_functions: 20 of 21 nodes"),
     ],
 )
 def test_a_wrong_configuration_is_refused(case_folder, changed, option, key, value, said, capsys):

@@ -124,7 +124,7 @@ def test_settings_of_diagnoses_are_checked_alike(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=name):
             checked(GapSection, {**section, name: value}, "", SETTINGS)
     contradiction = {**section, "phase_functions": 20}
-    with pytest.raises(ConfigError, match=r"phase_functions: 20 of 21 nodes"):
+    with pytest.raises(ConfigError, match=r"^phase_functions: 20 of 21 nodes"):
         read_settings({**read_diagnosis_config(STUDY), "gap": contradiction})
 
 

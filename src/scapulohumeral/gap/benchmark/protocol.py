@@ -24,26 +24,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from scapulohumeral.configuration.check import STUDY
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.score_card import REGISTERED, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code, settings_hash
-from scapulohumeral.gap.settings import (
-    SETTINGS,
-    VIEWS,
-    read_diagnosis_config,
-    read_settings,
-    sections_read,
-)
-from scapulohumeral.provenance import CONFIG_FOLDER, files_below
+from scapulohumeral.gap.settings import VIEWS, read_diagnosis_config, read_settings, sections_read
+from scapulohumeral.provenance import files_below
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
 SALT_BYTES = 32
 # Gap on the hidden task before and after a candidate of an answer; None: unknown.
 Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
-STUDY = CONFIG_FOLDER / "config.yaml"
 DIAGNOSE = (sys.executable, "-m", COMMAND, "gap", "diagnose")
 
 
@@ -136,7 +130,7 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
 
 def _settings() -> str:
     """Hash of settings and weights that a diagnosis has unless others are named."""
-    config = sections_read(read_diagnosis_config(STUDY, SETTINGS), *VIEWS)
+    config = sections_read(read_diagnosis_config(STUDY), *VIEWS)
     return settings_hash(config, read_settings(config))
 
 

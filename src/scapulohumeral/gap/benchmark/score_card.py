@@ -222,9 +222,10 @@ def _amplitude_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
         if found is None:
             continue
         truth = float(effect["amplitude"])
-        errors.append(abs(found["value"] - truth) / abs(truth - absent_value(effect["parameter"])))
+        error = abs(found["value"] - truth) / abs(truth - absent_value(effect["parameter"]))
+        errors.append(error)
         if case.right_single:
-            named.append(errors[-1])
+            named.append(error)
         if found["ci95"] is not None:
             covered.append(found["ci95"][0] <= truth <= found["ci95"][1])
     return {

@@ -273,5 +273,5 @@ def claimed_share(case: ScoredCase, split: str) -> float | None:
 
 
 def hidden_share(gap: HiddenGap | None) -> float | None:
-    """Share of the reducible gap on the hidden task that the answer removes."""
+    """Share of the reducible gap on the hidden task that a cause removes; None if unknown."""
     return None if gap is None else gap.reducible

@@ -41,21 +41,17 @@ def check_channels(case: Case) -> None:
 def not_compared(case: Case) -> list[str]:
     """What was recorded in some trials but is not compared, one sentence each."""
     known, trials = case.participant.emg_channels, case.trials
-    with_emg = [trial.name for trial in trials if trial.emg is not None]
-    with_force = [trial.name for trial in trials if trial.contact is not None]
-    having = {
-        channel: [t.name for t in trials if t.emg is not None and channel in t.emg.channels]
-        for channel in known
-    }
-    recorded = {f"EMG channel {channel}": names for channel, names in having.items()}
+    emg = [() if trial.emg is None else trial.emg.channels for trial in trials]
+    recorded = {f"EMG channel {name}": [name in channels for channels in emg] for name in known}
+    recorded["joint force"] = [trial.contact is not None for trial in trials]
     notes = []
-    if with_emg and not known:
+    if any(emg) and not known:
         notes.append(
-            f"EMG of {len(with_emg)} trials is not compared: the participant file has no "
+            f"EMG of {sum(map(bool, emg))} trials is not compared: the participant file has no "
             "emg.channels, which say what muscles lie under each electrode"
         )
-    for what, names in {**recorded, "joint force": with_force}.items():
-        lacking = [trial.name for trial in trials if trial.name not in names]
-        if names and lacking:
+    for what, has in recorded.items():
+        lacking = [trial.name for trial, there in zip(trials, has, strict=True) if not there]
+        if any(has) and lacking:
             notes.append(f"{what} is not compared: not recorded in {', '.join(lacking)}")
     return notes

@@ -39,5 +39,10 @@ def test_what_some_trials_lack_is_not_compared() -> None:
     assert force.endswith("in b")
 
 
+def test_trials_of_both_sides_may_have_the_same_name() -> None:
+    [note] = not_compared(case(("EMG_1",), trial("a", "EMG_1"), trial("a")))
+    assert note.endswith("in a")
+
+
 def test_what_all_trials_have_or_none_needs_no_word() -> None:
     assert not_compared(case(("EMG_1", "EMG_2"), trial("a", "EMG_1"), trial("b", "EMG_1"))) == []

@@ -122,6 +122,11 @@ def input_hash(paths: Iterable[Path | str]) -> str:
     return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
 
 
+def file_hash(path: Path) -> str:
+    """SHA-256 of the content of a file, in hexadecimal digits."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def files_below(folder: Path) -> list[Path]:
     """All files of a folder and of those in it, in the order of their paths."""
     return sorted(path for path in folder.rglob("*") if path.is_file())

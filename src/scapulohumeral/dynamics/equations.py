@@ -170,7 +170,7 @@ def _contact_loads(chain: Chain, p) -> list[tuple[me.Point, me.Vector]]:
         point = _rigid_point(
             name, chain.origins["scapula"], _vector(p[name], scapula), chain.thorax, scapula
         )
-        position = _contact_position(chain, p, name)
+        position = _contact_position(p, name)
         level = sum((x / a) ** 2 for x, a in zip(position, radii, strict=True)) - 1
         inside = (level - sm.sqrt(level**2 + p["contact_eps"][0] ** 2)) / 2
         scale = -p["contact_stiffness"][0] * sum(a**2 for a in radii) * inside
@@ -179,7 +179,7 @@ def _contact_loads(chain: Chain, p) -> list[tuple[me.Point, me.Vector]]:
     return loads
 
 
-def _contact_position(chain: Chain, p, name: str) -> sm.Matrix:
+def _contact_position(p, name: str) -> sm.Matrix:
     """Contact point relative to the ellipsoid centre, thorax axes."""
     r_sc, r_ac = rotation_symbols("SC"), rotation_symbols("AC")
     return (

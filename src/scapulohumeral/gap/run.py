@@ -55,8 +55,10 @@ RESULT, REPORT, LOG = "result.json", "report.html", "run.log"
 COMMAND = "scapulohumeral.gap.cli"
 # What makes an answer of files: not the command, the page or the benchmark.
 ANSWERING = (
+    "scapulohumeral.gap.settings:read_settings",
     "scapulohumeral.gap.run:read_case",
     "scapulohumeral.gap.nominal.participant_model:participant_model",
+    "scapulohumeral.gap.nominal.simulator:simulating_model",
     "scapulohumeral.gap.nominal.opensim_process:build",
     "scapulohumeral.gap.pipeline:diagnose",
 )

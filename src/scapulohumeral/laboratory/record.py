@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -18,6 +17,7 @@ from scapulohumeral.laboratory.markers.gaps import Gap
 from scapulohumeral.laboratory.trial import MEASURED, Channel, Converted, provenance_of
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES
+from scapulohumeral.provenance import file_hash
 
 SCHEMA = "recording/1"
 SUFFIX = ".recording.json"
@@ -76,8 +76,8 @@ def write_record(
     """
     document = {
         "schema": SCHEMA,
-        "source": {"file": source.file.name, "sha256": _sha256(source.file), "kind": source.kind},
-        "made_from": {file.name: _sha256(file) for file in source.files},
+        "source": {"file": source.file.name, "sha256": file_hash(source.file), "kind": source.kind},
+        "made_from": {file.name: file_hash(file) for file in source.files},
         "settings": dict(source.settings),
         "frames": len(converted.time_s),
         "rate_hz": converted.rate_hz,
@@ -148,7 +148,3 @@ def read_channels(trial: Path) -> dict[str, Channel]:
             f"{record_path(trial)}, channels: {error}; expected status, rule and uncertainty of "
             "each joint angle. Convert the recording again."
         ) from error
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -26,6 +26,7 @@ from scapulohumeral.model.rotations import (
     quaternion_multiply,
     segment_orientations,
     trial_to_pose,
+    unit_pose,
 )
 
 # The authors' mesh [s], and their composite motion: three elevations of 101 rows with 40 rows
@@ -58,7 +59,7 @@ def published_pose(motion: Motion, step: float = NODE_S) -> Array:
     pose = trial_to_pose(motion.angles_rad)
     for joint in JOINTS:
         pose[:, joint] = make_continuous(pose[:, joint])
-    return _normalised(CubicSpline(motion.time_s, pose)(time_s))
+    return unit_pose(CubicSpline(motion.time_s, pose)(time_s))
 
 
 def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Array:
@@ -88,7 +89,7 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     every = np.arange(len(published))
     pose = published.copy()
     pose[:, :8] = np.stack([np.interp(every, known, column) for column in found.T], axis=1)
-    pose = _normalised(pose)
+    pose = unit_pose(pose)
     humerus = segment_orientations(published)["humerus"]
     scapula = segment_orientations(pose)["scapula"]
     pose[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(scapula), humerus))
@@ -129,10 +130,3 @@ def _at_elevation(recorded: Array, elevation: Array) -> Array:
             for levels, known, part in halves
         ]
     )
-
-
-def _normalised(pose: Array) -> Array:
-    pose = pose.copy()
-    for joint in JOINTS:
-        pose[:, joint] /= np.linalg.norm(pose[:, joint], axis=1, keepdims=True)
-    return pose

@@ -191,6 +191,14 @@ def pose_to_trial(pose: ArrayLike) -> Array:
     return np.concatenate([*angles, pose[:, 12:]], axis=1)
 
 
+def unit_pose(pose: Array) -> Array:
+    """Poses (N, 13) whose quaternions have unit norm, as interpolated ones have not."""
+    unit = pose.copy()
+    for first in range(0, 12, 4):
+        unit[:, first : first + 4] /= np.linalg.norm(pose[:, first : first + 4], axis=1)[:, None]
+    return unit
+
+
 def segment_orientations(pose: Array) -> dict[str, Array]:
     """Quaternions (..., 4) of clavicle, scapula and humerus in the thorax, for poses (..., 13)."""
     scapula = quaternion_multiply(pose[..., 0:4], pose[..., 4:8])

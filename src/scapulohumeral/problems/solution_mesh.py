@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.rotations import Array, pose_to_trial
+from scapulohumeral.model.rotations import Array, pose_to_trial, unit_pose
 from scapulohumeral.ocp.solution import Solution
 
 # Below this share of an interval a number of intervals counts as whole.
@@ -51,10 +51,10 @@ def on_mesh(tracked: Solution, time_step_s: float) -> Solution:
         time_s=time,
         u=smooth(tracked.u),
         reference_rad=smooth(np.unwrap(tracked.reference_rad, axis=0)),
-        reference_pose=_normalised(smooth(tracked.reference_pose)),
+        reference_pose=unit_pose(smooth(tracked.reference_pose)),
         **kinked,
     )
-    return with_pose(finer, _normalised(smooth(tracked.q)))
+    return with_pose(finer, unit_pose(smooth(tracked.q)))
 
 
 def with_pose(tracked: Solution, pose: Array) -> Solution:
@@ -70,11 +70,3 @@ def with_pose(tracked: Solution, pose: Array) -> Solution:
         lower=none,
         upper=none,
     )
-
-
-def _normalised(pose: Array) -> Array:
-    """Poses (N, 13) whose quaternions have unit norm."""
-    unit = pose.copy()
-    for first in (0, 4, 8):
-        unit[:, first : first + 4] /= np.linalg.norm(pose[:, first : first + 4], axis=1)[:, None]
-    return unit

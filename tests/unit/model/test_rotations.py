@@ -69,6 +69,21 @@ def test_relative_angle_ignores_sign_and_keeps_small_angles():
     np.testing.assert_allclose(rot.relative_angle(identity, turn), 2.5)
 
 
+def test_interpolated_poses_get_unit_quaternions_and_keep_the_elbow():
+    pose = rot.trial_to_pose(np.linspace(0.1, 0.9, 20).reshape(2, 10))
+    between = 0.5 * (pose[:1] + pose[1:])
+    assert np.linalg.norm(between[0, :4]) < 0.99
+    unit = rot.unit_pose(between)
+    for first in (0, 4, 8):
+        joint = slice(first, first + 4)
+        np.testing.assert_allclose(np.linalg.norm(unit[:, joint], axis=1), 1.0)
+        np.testing.assert_allclose(
+            rot.relative_angle(pose[:1, joint], unit[:, joint]),
+            rot.relative_angle(pose[1:, joint], unit[:, joint]),
+        )
+    np.testing.assert_array_equal(unit[:, 12], between[:, 12])
+
+
 def test_trial_and_pose_round_trip():
     angles = RNG.uniform(0.1, 1.2, (6, 10))
     pose = rot.trial_to_pose(angles)

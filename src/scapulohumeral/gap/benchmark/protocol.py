@@ -31,7 +31,7 @@ from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code, settings_hash
 from scapulohumeral.gap.settings import VIEWS, read_diagnosis_config, read_settings, sections_read
-from scapulohumeral.provenance import files_below
+from scapulohumeral.provenance import file_hash, files_below
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
 SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
@@ -162,7 +162,7 @@ def score(
         "schema": SCORE_SCHEMA,
         "look": _look(len(before) + 1, sealed.get("known", False)),
         "earlier_looks": before,
-        "sealed": {"date": sealed["date"], "hash": _file_hash(files.published)},
+        "sealed": {"date": sealed["date"], "hash": file_hash(files.published)},
         "answered": {"date": record["date"], "code": record["code"]},
         "scored": {"date": _today(), "cases": len(cases)},
         **score_card(cases),
@@ -219,7 +219,7 @@ def _diagnose(case: Path, out: Path, command: Sequence[str]) -> dict[str, Any]:
     return {
         "exit_code": done.returncode,
         "seconds": round(time.perf_counter() - start, 1),
-        "result": _file_hash(result) if result.exists() else None,
+        "result": file_hash(result) if result.exists() else None,
     }
 
 
@@ -263,7 +263,7 @@ def _scored_case(files: BlindFiles, keys: Path, name: str, record: dict) -> Scor
     result = files.answers / name / RESULT
     document = None
     if entry["result"] is not None:
-        if not result.exists() or _file_hash(result) != entry["result"]:
+        if not result.exists() or file_hash(result) != entry["result"]:
             raise DataError(f"{result}: not the answer that was recorded; restore it.")
         document = json.loads(result.read_text(encoding="utf-8"))
     key = json.loads((keys / f"{name}.json").read_text(encoding="utf-8"))
@@ -296,10 +296,6 @@ def _key_hash(keys: Path, name: str, salt: str) -> str:
     if not path.is_file():
         raise DataError(f"{path}: missing; expected the key of case {name}.")
     return hashlib.sha256(bytes.fromhex(salt) + path.read_bytes()).hexdigest()
-
-
-def _file_hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _read(path: Path, schema: str) -> dict[str, Any]:

@@ -69,7 +69,6 @@ class Certificate:
     active_bounds : bounds whose multiplier exceeds their slack
     active_by_kind : the same by kind of unknown, of those that have any
     weakly_active_bounds : bounds with both below 1e-4; derivatives may be one-sided there
-    smallest_slack : distance to the nearest bound
     """
 
     unscaled: OptimalityError
@@ -79,7 +78,6 @@ class Certificate:
     active_bounds: int
     active_by_kind: dict[str, int]
     weakly_active_bounds: int
-    smallest_slack: float
 
     @property
     def kkt_error(self) -> float:
@@ -192,7 +190,6 @@ def certificate(problem: Problem, point: Start) -> Certificate:
         active_bounds=int((multiplier > slack).sum()),
         active_by_kind=_by_kind(problem, conditions),
         weakly_active_bounds=int((np.maximum(multiplier, slack) < WEAKLY_ACTIVE).sum()),
-        smallest_slack=float(slack.min(initial=np.inf)),
     )
 
 

@@ -25,6 +25,7 @@ from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.judgement import (
+    NO_POSTURE_TOLD,
     Judged,
     directions_rows,
     hypotheses_rows,
@@ -161,9 +162,9 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
 
 
 def _next_trial(found: Findings) -> NextTrial | None:
-    """The trial that would best split the first class; None without a gap."""
+    """The trial that would best split the first class; None without a gap, or if none would."""
     judged, settings = found.judged, found.evidence.settings
-    if not found.present or not judged.groups:
+    if not found.present or not judged.groups or judged.or_posture:
         return None
     return isolability.next_trial(
         judged.likely,
@@ -266,6 +267,8 @@ def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
         remarks.append(
             "no channel stands out by itself: regions are those above 5 % point by point"
         )
+    if found.judged.or_posture:
+        remarks.append(NO_POSTURE_TOLD)
     if not motion_is_told(found.evidence):
         remarks.append(
             "motion alone: people keep a movement against what acts on the body, which then does "

@@ -23,7 +23,7 @@ from scapulohumeral.gap.left_over import LeftOver, left_over
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Robustness
 from scapulohumeral.gap.verdict import isolability, posterior
-from scapulohumeral.gap.verdict.posterior import Circumstances, Posterior, Score
+from scapulohumeral.gap.verdict.posterior import UNPROVEN, Circumstances, Posterior, Score
 from scapulohumeral.gap.weighing import Weighing
 
 # Labels so many units of weighed evidence below the first are not asked to predict held-out tasks:
@@ -70,6 +70,7 @@ class Judged:
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     explained, left : how far the best shrinks the gap, and what it leaves; None without a gap
     undecided : why no cause is named; empty if one is
+    or_posture : whether the first is named as one of two, itself or a posture held differently
     told : whether data tell what may have been the cause from what may not
     temperature : by which all evidence was divided on the whole
     circumstances : of the case
@@ -87,6 +88,7 @@ class Judged:
     explained: Explained | None
     left: LeftOver | None
     undecided: str
+    or_posture: bool
     told: bool
     temperature: float
     circumstances: Circumstances
@@ -117,18 +119,20 @@ def judge(
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
     explained = explain(best, evidence, seed) if present else None
-    left, undecided, untold = None, "", ""
+    left, against, untold = None, "", ""
     if present:
         left = left_over(best, evidence, inflation, seed)
         untold = _untold(evidence, p)
         gain = _predicted_gain(scores, best.label, case.misfit)
-        proof = _unproven(best.label, explained, gain, agreement)
-        undecided = proof or untold or _unknown(evidence, scores, weighing)
-        rivals = _movements(evidence, p, best.label) if untold else ()
-        doubtful = undecided or _is_part(best, left)
-        p = p.doubted(best.label, rivals) if doubtful else p
+        against = _unproven(best.label, explained, gain, agreement) or _unknown(
+            evidence, scores, weighing
+        )
+        if against or untold or _is_part(best, left):
+            p = p.doubted(best.label, _movements(evidence, p, best.label) if untold else ())
     likely = isolability.likely(fits, p)
-    apart = isolability.separability(likely, c, error, weighing.temperature)
+    or_posture = untold == NO_POSTURE_TOLD and _is_either(p, best.label, likely)
+    together = (best.label, MOVED) if or_posture else ()
+    apart = isolability.separability(likely, c, error, weighing.temperature, together)
     return Judged(
         fits=fits,
         scores=scores,
@@ -136,12 +140,13 @@ def judge(
         p=p,
         likely=likely,
         apart=apart,
-        groups=isolability.classes(likely, apart),
+        groups=isolability.classes(likely, apart, together),
         agreement=agreement,
         by_task=by_task,
         explained=explained,
         left=left,
-        undecided=undecided,
+        undecided=against or ("" if or_posture else untold),
+        or_posture=or_posture,
         told=case.heard and not untold,
         temperature=weighing.temperature,
         circumstances=case,
@@ -266,6 +271,15 @@ def _untold(evidence: Evidence, p: Posterior) -> str:
     if p.first == MOVED or acting & first:
         return NOT_TOLD
     return NO_POSTURE_TOLD if FRAMES in map(family, first) else ""
+
+
+def _is_either(p: Posterior, label: str, likely: Sequence[Fit]) -> bool:
+    """Whether one of two is more probable than not: a label, or the movement done differently.
+
+    Both have to be among the likely fits.
+    """
+    both = {label, MOVED}
+    return both <= {f.label for f in likely} and sum(p.labels[one] for one in both) > UNPROVEN
 
 
 def _movements(evidence: Evidence, p: Posterior, doubted: str) -> list[str]:

@@ -12,6 +12,7 @@ from scapulohumeral.gap.judgement import (
     NOT_TOLD,
     NOTHING_HELD_OUT,
     STRONG,
+    _is_either,
     _movements,
     _predicted_gain,
     _unknown,
@@ -59,6 +60,15 @@ def test_another_movement_may_be_an_answer_to_whatever_acts_on_the_body() -> Non
     p = Posterior(dict.fromkeys(labels, 0.1), none=0.4, no_gap=0.0)
     assert _movements(of_person(), p, FRAME) == [LOAD, MOVED, f"{LOAD} + {SKIN}"]
     assert _movements(of_person(), p, LOAD) == [MOVED]
+
+
+def test_a_frame_is_named_with_posture_only_if_one_of_both_is_likely() -> None:
+    compared = [SimpleNamespace(label=label) for label in (FRAME, MOVED)]
+    p = Posterior({FRAME: 0.4, MOVED: 0.2, LOAD: 0.3}, none=0.1, no_gap=0.0)
+    assert _is_either(p, FRAME, compared)
+    assert not _is_either(p, FRAME, compared[:1])
+    unlikely = Posterior({FRAME: 0.3, MOVED: 0.2, LOAD: 0.4}, none=0.1, no_gap=0.0)
+    assert not _is_either(unlikely, FRAME, compared)
 
 
 def removing(new_task: float | None, trial: float | None = None) -> SimpleNamespace:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,13 +40,16 @@ def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
     return sorted(kept, key=lambda f: -found.labels[f.label])[:COMPARED]
 
 
-def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
+def classes(
+    fits: Sequence[Fit], apart: np.ndarray, together: Collection[str] = ()
+) -> list[list[str]]:
     """Labels that these trials cannot tell apart, by complete linkage in the order of the fits.
 
-    `apart` is made by :func:`separability`.
+    `apart` is made by :func:`separability`; labels `together` are in the first class in any case.
     """
-    groups: list[list[int]] = []
-    for i in range(len(fits)):
+    first = [i for i, f in enumerate(fits) if f.label in together]
+    groups = [first] if first else []
+    for i in (i for i in range(len(fits)) if i not in first):
         home = next((g for g in groups if all(apart[i, k] < APART for k in g)), None)
         if home is None:
             groups.append([i])
@@ -56,18 +59,25 @@ def classes(fits: Sequence[Fit], apart: np.ndarray) -> list[list[str]]:
 
 
 def separability(
-    fits: Sequence[Fit], residual: Residual, relative_error: float, temperature: float
+    fits: Sequence[Fit],
+    residual: Residual,
+    relative_error: float,
+    temperature: float,
+    together: Collection[str] = (),
 ) -> np.ndarray:
     """Probability that these trials tell two fitted hypotheses apart, symmetric.
 
     Phi(d / 2) with d the distance, in units of noise and signature error, that the better of both
     refits leaves: two normal distributions at this distance are told apart as often. It is tempered
-    like probabilities and intervals: evidence for one of both counts less than it claims.
+    like probabilities and intervals: evidence for one of both counts less than it claims. Labels
+    `together` are the same whatever trials show.
     """
     count = len(fits)
     result = np.full((count, count), 0.5)
     for i in range(count):
         for k in range(i):
+            if {fits[i].label, fits[k].label} <= set(together):
+                continue
             d = min(
                 distance(fits[i], fits[k].hypothesis, residual, relative_error),
                 distance(fits[k], fits[i].hypothesis, residual, relative_error),

@@ -55,10 +55,8 @@ AXIAL_DEG, AXIAL_WAVES, AXIAL_SESSION = np.array([10.0, 5.0]), 3, 0.25
 HEART_HZ = 1.2
 ARTEFACT_ONSET, ARTEFACT_FULL = np.deg2rad([60.0, 120.0])
 # With these, and what movement itself scatters, repeats scatter as those of a real person do
-# (config/recordings/hand_load/emg.csv): as much at each cosine of phase, and partly all channels
-# alike.
+# (config/recordings/hand_load/emg.csv).
 EMG_SHARE_NOISE, EMG_FLOOR_NOISE = 0.10, 0.012
-EMG_WAVES, EMG_ALIKE = 6, 0.2
 FORCE_SHARE_NOISE, FORCE_NOISE_N = 0.02, 5.0
 
 
@@ -173,20 +171,12 @@ def add_noise(recording: Recording, rng: np.random.Generator, scale: float) -> R
     phase = np.linspace(0.0, 1.0, count)
     noise = np.deg2rad(ANGLE_NOISE_DEG) * smooth_noise(rng, phase, 10)
     noise[:, :6] = scale * np.deg2rad(ANGLE_DEG[:6]) * smooth_noise(rng, phase, 6)
-    share = EMG_SHARE_NOISE * _emg_noise(rng, phase, recording.emg.shape[1])
-    floor = EMG_FLOOR_NOISE * _emg_noise(rng, phase, recording.emg.shape[1])
+    share = EMG_SHARE_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
+    floor = EMG_FLOOR_NOISE * smooth_noise(rng, phase, recording.emg.shape[1])
     emg = np.maximum(recording.emg * (1.0 + share) + floor, 0.0)
     share = FORCE_SHARE_NOISE * smooth_noise(rng, phase, 3)
     force = recording.force_N * (1.0 + share) + FORCE_NOISE_N * smooth_noise(rng, phase, 3)
     return Recording(recording.time_s, recording.angles_rad + noise, emg, force)
-
-
-def _emg_noise(rng: np.random.Generator, phase: np.ndarray, channels: int) -> np.ndarray:
-    """Random curves (S, channels) of unit variance over phase in [0, 1], partly alike."""
-    own = rng.normal(size=(channels, EMG_WAVES))
-    common = rng.normal(size=EMG_WAVES)
-    waves = np.sqrt(1.0 - EMG_ALIKE) * own + np.sqrt(EMG_ALIKE) * common
-    return curves(phase, waves / np.sqrt(EMG_WAVES))
 
 
 def electrode_matrix(names: tuple[str, ...], groups: np.ndarray) -> np.ndarray:

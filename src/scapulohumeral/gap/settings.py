@@ -62,9 +62,6 @@ class NoisePrior(Section):
     ]
     emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
     emg_relative: Annotated[Real, key("EMG over its own height [1].", ge=0, le=2)]
-    emg_alike: Annotated[
-        Real, key("Share of the variance of EMG that all channels have in common [1].", ge=0, lt=1)
-    ]
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     repeats: Annotated[Real, key("Repeats that this knowledge is worth [1].", gt=0, le=100)]
 

@@ -30,10 +30,6 @@ LEAST_SCALE = 0.02
 # What repeats say of their full covariance counts for at most this share beside the model of it:
 # few repeats do not pin a covariance.
 OWN_SHAPE = 0.5
-# Cosine b of phase has a variance that falls with a power of 1 + b. Postures are smooth. EMG is
-# not: an envelope estimates the amplitude of something like noise, as uncertain in each stretch of
-# a movement as in any other (Hogan and Mann 1980, IEEE Trans Biomed Eng 27: 382-395).
-SMOOTH_POSTURE, SMOOTH_EMG = 1.0, 0.0
 
 
 class SessionShares(NamedTuple):
@@ -149,23 +145,12 @@ def _expected(
 ) -> np.ndarray:
     """Covariance (K B, K B) of one trial as repeats of other people have it."""
     levels = np.array([deviation(prior, name) for name in channels])
-    of_emg = _of_emg(channels)
     if mean.emg is not None:
         heights = np.sqrt(np.mean(mean.emg**2, axis=0))
+        of_emg = _of_emg(channels)
         levels[of_emg] = np.hypot(levels[of_emg], prior.emg_relative * heights)
-    variances = _variances(levels, functions, SMOOTH_POSTURE)
-    variances[of_emg] = _variances(levels[of_emg], functions, SMOOTH_EMG)
-    alike = np.where(of_emg, prior.emg_alike, 0.0)[:, None] * variances
     columns = timing(mean, functions, prior.phase_shift)
-    return np.diag((variances - alike).ravel()) + _in_step(alike) + columns @ columns.T
-
-
-def _in_step(variances: np.ndarray) -> np.ndarray:
-    """Covariance (K B, K B) of channels that vary as one, with variances (K, B) of coefficients."""
-    channels, size = variances.shape
-    columns = np.sqrt(variances)[:, :, None] * np.eye(size)
-    rows = columns.reshape(channels * size, size)
-    return rows @ rows.T
+    return np.diag(_variances(levels, functions, 1.0).ravel()) + columns @ columns.T
 
 
 def _of_emg(channels: Sequence[str]) -> np.ndarray:
@@ -201,8 +186,7 @@ def timing(mean: Observation, functions: np.ndarray, phase_shift: Sequence[float
 
 
 def _variances(levels: np.ndarray, functions: np.ndarray, exponent: float) -> np.ndarray:
-    """Variances (K, B) of coefficients of curves with standard deviations (K,), the smoother the
-    larger the exponent."""
+    """Variances (K, B) of coefficients of smooth curves with standard deviations (K,)."""
     shape = 1.0 / (1.0 + np.arange(functions.shape[1])) ** exponent
     return len(functions) * levels[:, None] ** 2 * shape / shape.sum()
 

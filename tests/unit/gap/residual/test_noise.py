@@ -111,22 +111,6 @@ def test_emg_of_other_people_scatters_with_its_height():
     np.testing.assert_allclose(found[:10], LEVELS[:10] ** 2, rtol=1e-6)
 
 
-def test_emg_of_other_people_is_not_smooth_and_partly_in_step():
-    prior = replace(STILL, emg_alike=0.4)
-    found = noise_of({"a": repeats(generator(1), 1)}, prior).covariances["a"]
-    size = FUNCTIONS.shape[1]
-    each = np.diag(found).reshape(len(NAMES), size)
-    np.testing.assert_allclose(each[10:], np.tile(each[10:, :1], size), rtol=1e-6)
-    np.testing.assert_allclose(each[0], each[0, 0] / np.arange(1, size + 1), rtol=1e-6)
-    np.testing.assert_allclose(variances(found), LEVELS**2, rtol=1e-6)
-    deviations = np.sqrt(np.diag(found))
-    together = (found / np.outer(deviations, deviations)).reshape(len(NAMES), size, -1, size)
-    alike = np.einsum("ibkb->ikb", together)[10, 11]
-    np.testing.assert_allclose(alike, 0.4, rtol=1e-6)
-    np.testing.assert_allclose(together[10, 0, 11, 1:], 0.0, atol=1e-9)
-    np.testing.assert_allclose(together[0, 0, 1:], np.zeros((len(NAMES) - 1, size)), atol=1e-6)
-
-
 def test_a_channel_that_scatters_more_does_so_in_tasks_without_repeats():
     """By the geometric mean of what it shows and of what others do, as repeats are worth."""
     loud = LEVELS.copy()

@@ -33,7 +33,15 @@ def shaped(residual: Residual, vectors: np.ndarray, slopes: Sequence[np.ndarray]
     vectors : (D, M) differences
     slopes : (D, P) of each effect
     """
-    return np.max(each_shaped(residual, vectors, [s for s in slopes if np.any(s)]), axis=0)
+    white = residual.whiten(steadied(residual, vectors))
+    largest: dict[int, np.ndarray] = {}
+    for slope in slopes:
+        if np.any(slope):
+            basis = directions(residual, slope)[0]
+            rank, own = basis.shape[1], _squared_lengths(white, basis)
+            largest[rank] = np.maximum(largest.get(rank, own), own)
+    # A z value grows with the length, so that of the longest is the largest of its rank.
+    return np.max([_z_values(own, rank) for rank, own in largest.items()], axis=0)
 
 
 def each_shaped(
@@ -41,7 +49,7 @@ def each_shaped(
 ) -> list[np.ndarray]:
     """The same (M,) of each effect by itself; every slope has to change something."""
     white = residual.whiten(steadied(residual, vectors))
-    return [_z_values(white, directions(residual, slope)[0]) for slope in slopes]
+    return [_z_along(white, directions(residual, slope)[0]) for slope in slopes]
 
 
 def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +62,7 @@ def closest(residual: Residual, slopes: Sequence[np.ndarray]) -> tuple[np.ndarra
     """
     white = residual.whiten(steadied(residual, residual.delta[:, None]))
     shown = [(s, *directions(residual, s)) for s in slopes if np.any(s)]
-    best, basis, amounts = max(shown, key=lambda one: _z_values(white, one[1])[0])
+    best, basis, amounts = max(shown, key=lambda one: _z_along(white, one[1])[0])
     return best @ (amounts @ (basis.T @ white))[:, 0], basis
 
 
@@ -76,10 +84,19 @@ def directions(residual: Residual, slope: np.ndarray) -> tuple[np.ndarray, np.nd
     return left[:, :rank], right[:rank].T / sizes[:rank] / units[:, None]
 
 
-def _z_values(white: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Lengths of whitened differences (D, M) along a basis (D, P), as z values (M,)."""
-    lengths = np.sum((basis.T @ white) ** 2, axis=0)
-    return norm.isf(np.clip(chi2.sf(lengths, basis.shape[1]), *P_RANGE))
+def _z_along(white: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Lengths of whitened differences (D, M) along a basis (D, R), as z values (M,)."""
+    return _z_values(_squared_lengths(white, basis), basis.shape[1])
+
+
+def _squared_lengths(white: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Squared lengths (M,) of whitened differences (D, M) along a basis (D, R)."""
+    return np.sum((basis.T @ white) ** 2, axis=0)
+
+
+def _z_values(squared_lengths: np.ndarray, rank: int) -> np.ndarray:
+    """Squared lengths (M,) in some directions as z values."""
+    return norm.isf(np.clip(chi2.sf(squared_lengths, rank), *P_RANGE))
 
 
 def steadied(residual: Residual, vectors: np.ndarray) -> np.ndarray:

@@ -5,8 +5,9 @@ Letters: T tasks, N nodes, K channels, D coefficients.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -54,6 +55,64 @@ class Records:
     def about_mean(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
         """Curves (L, N, K) of trials of a task relative to its mean record."""
         return np.stack([difference(one, self.mean_records[task]) for one in trials])
+
+    def of_tasks(self, tasks: Collection[str]) -> Records:
+        """The same for some of the tasks."""
+        kept = [task for task in self.mean_records if task in tasks]
+        return replace(
+            self,
+            test={task: self.test[task] for task in kept},
+            reference={task: self.reference[task] for task in kept if self.reference},
+            mean_records={task: self.mean_records[task] for task in kept},
+        )
+
+    def thinned(self) -> Iterator[tuple[OneTrial, Records]]:
+        """Each trial in turn, and the records without it.
+
+        Where it is the only one of its side, its task goes with it; of a single task it stays.
+        """
+        places = [
+            *(
+                OneTrial("test", task, i)
+                for task, own in self.test.items()
+                for i in range(len(own))
+            ),
+            *(
+                OneTrial("reference", task, i)
+                for task, own in self.reference.items()
+                for i in range(len(own))
+            ),
+        ]
+        rest = ((place, self._without(place)) for place in places)
+        yield from ((place, records) for place, records in rest if records.mean_records)
+
+    def _without(self, place: OneTrial) -> Records:
+        """The same without one trial, or without its task if no other is on its side."""
+        task, of_test = place.task, place.side == "test"
+        trials = self.test if of_test else self.reference
+        left = [one for i, one in enumerate(trials[task]) if i != place.index]
+        if not left:
+            return self.of_tasks(set(self.mean_records) - {task})
+        if of_test:
+            fewer = replace(self, test={**self.test, task: left})
+        else:
+            fewer = replace(self, reference={**self.reference, task: left})
+        base = mean((fewer.reference or fewer.test)[task])
+        return replace(fewer, mean_records={**self.mean_records, task: base})
+
+
+@dataclass(frozen=True)
+class OneTrial:
+    """A trial by its place: side "test" or "reference", task, and index among its side's trials."""
+
+    side: Literal["test", "reference"]
+    task: str
+    index: int
+
+    def name(self, case: Case) -> str:
+        """What the trial is called in a case."""
+        trials = case.test if self.side == "test" else case.reference
+        return [one.name for one in trials if one.task == self.task][self.index]
 
 
 def read_records(
@@ -111,13 +170,7 @@ def solved_part(
     if len(faults) == len(records.mean_records):
         raise next(iter(faults.values()))
     warnings += [f"task {task} is left out: {error}" for task, error in faults.items()]
-    kept = [task for task in records.mean_records if task not in faults]
-    return replace(
-        records,
-        test={task: records.test[task] for task in kept},
-        reference={task: records.reference[task] for task in kept if records.reference},
-        mean_records={task: records.mean_records[task] for task in kept},
-    )
+    return records.of_tasks(set(records.mean_records) - set(faults))
 
 
 def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:

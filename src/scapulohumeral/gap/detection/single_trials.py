@@ -1,0 +1,112 @@
+"""Whether a gap rests on one trial: a movement that went otherwise once is no difference of sides.
+
+Among three repeats of a real person one may stand out from all others, and a mean difference that
+is large for noise is then that one trial. So each trial in turn is left out (the jackknife), and
+the rest has to differ, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from scapulohumeral.gap.detection.presence import Presence, surest, tested
+from scapulohumeral.gap.detection.shaped import P_RANGE
+from scapulohumeral.gap.residual.differences import OneTrial, Records, differences, repeat_noise
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.settings import GapSettings
+from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+
+STATISTIC = "without_one_trial"
+
+
+@dataclass(frozen=True)
+class Odd:
+    """The trial that a gap rests on.
+
+    Attributes
+    ----------
+    trial : without which there is no gap
+    p_value : of the rest
+    """
+
+    trial: OneTrial
+    p_value: float
+
+
+def level(alpha: float) -> float:
+    """Level at which the rest has to differ: with one trial at the same, both have `alpha`."""
+    return float(np.sqrt(alpha))
+
+
+def rests_on_one(
+    records: Records,
+    signatures: Sequence[TaskSignatures],
+    residual: Residual,
+    shapes: Mapping[str, Sequence[np.ndarray]],
+    settings: GapSettings,
+    inflation: float,
+    seed: int,
+) -> Odd | None:
+    """The trial without which the others do not differ; None without one.
+
+    A single trial of a single task cannot be left out.
+
+    Parameters
+    ----------
+    records, signatures : of the tasks that are compared
+    residual : difference of all trials, with all that it may be off by
+    shapes : slopes (D, P) of the effects that tests look for, by name of the test
+    settings : of the diagnosis
+    inflation, seed : as for `presence.difference_map`
+    """
+    found = []
+    for trial, rest in records.of_tasks(residual.tasks).thinned():
+        left = _residual(rest, signatures, residual, settings)
+        rows = residual.rows(left.tasks)
+        slopes = {name: [one[rows] for one in many] for name, many in shapes.items()}
+        shown = {name: [one for one in many if np.any(one)] for name, many in slopes.items()}
+        p_value = surest(tested(left, shown, settings.alpha, inflation, seed)[1]).p_value
+        found.append(Odd(trial, p_value))
+    worst = max(found, key=lambda one: one.p_value, default=None)
+    return worst if worst and worst.p_value > level(settings.alpha) else None
+
+
+def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
+    """A finding that does not stand where it rests on one trial; its value becomes a z value."""
+    if odd is None:
+        return found
+    return replace(
+        found,
+        present=False,
+        p_value=max(found.p_value, odd.p_value),
+        statistic=STATISTIC,
+        value=float(norm.isf(np.clip(odd.p_value, *P_RANGE))),
+        threshold=float(norm.isf(level(alpha))),
+    )
+
+
+def in_words(odd: Odd, name: str) -> str:
+    """What to do about the trial that a gap rests on."""
+    return (
+        f"{odd.trial.side} trial {name} (task {odd.trial.task}) differs, but without it the others "
+        f"show no gap (p {odd.p_value:.2g}): one trial is no gap; look at it, or record another"
+    )
+
+
+def _residual(
+    records: Records,
+    signatures: Sequence[TaskSignatures],
+    whole: Residual,
+    settings: GapSettings,
+) -> Residual:
+    """Difference of some of the trials, with the noise that they show and all else as before."""
+    kept = [of_task for of_task in signatures if of_task.task in records.mean_records]
+    noise = repeat_noise(records, whole.functions, settings)
+    own, _ = differences(records, kept, noise, whole.functions)
+    rows = np.ix_(*2 * [whole.rows(own.tasks)])
+    rest = (whole.covariance - whole.noise)[rows]
+    return replace(own, covariance=own.noise + rest)

@@ -32,6 +32,7 @@ OPTIMAL = 0
 METIS = 5
 # IPOPT's number for iterations outside of its restoration phase.
 REGULAR = 0
+STRAYED = "IPOPT needed its restoration phase, which may end in another optimum."
 # Most iterations with a lumped Hessian. In some problems they reach the tolerance before; in others
 # the last digits come slowly, and the exact Hessian brings them in two or three.
 LUMPED_ITERATIONS = 16
@@ -74,6 +75,8 @@ class SolverSettings:
         from `barrier_exact` at most to this
     closing_in : Gauss-Newton iterations from the solution of a coarser mesh, before the lumped
         Hessian takes over; 0 takes the exact one at once
+    stays_near : whether a solve fails where IPOPT needs its restoration phase, which looks for a
+        feasible point far and wide and may end in another optimum than that near the start
     far : whether a start is the solution of a neighbour so far away that its multipliers are no
         help: "automatic" then begins with Gauss-Newton, and all phases have the scaling of the
         start, so that `barrier_target` means the same as in the start's own solution
@@ -89,6 +92,7 @@ class SolverSettings:
     coarse: tuple[int, ...] = ()
     barrier_least: float = 0.0
     closing_in: int = 0
+    stays_near: bool = False
     far: bool = False
 
     def __post_init__(self) -> None:
@@ -155,6 +159,7 @@ class Recorder:
     stream : receives one JSON record per iteration
     history : the same records; phases : number of phases so far
     checkpoint : where iterates are kept, or None; stop : whether to end early
+    strayed : whether the last phase was ended because it would have left the start's neighbourhood
     """
 
     stream: TextIO
@@ -162,6 +167,7 @@ class Recorder:
     stop: Stop = field(default_factory=Stop)
     history: list[dict] = field(default_factory=list)
     phases: int = 0
+    strayed: bool = False
     begin: float = field(default_factory=time.perf_counter)
 
     @classmethod
@@ -184,9 +190,12 @@ class Recorder:
         self.stream.write(json.dumps({"remark": sentence}) + "\n")
         print(sentence, flush=True)
 
-    def phase(self, mode: str, problem: Problem) -> Callable[[dict], bool]:
+    def phase(
+        self, mode: str, problem: Problem, stays_near: bool = False
+    ) -> Callable[[dict], bool]:
         """What IPOPT calls after every iteration of the next phase; False asks it to stop."""
         self.phases += 1
+        self.strayed = False
         about = {"phase": mode, "nodes": problem.layout.nodes}
 
         def record(step: dict) -> bool:
@@ -194,7 +203,8 @@ class Recorder:
             regular = step["mode"] == REGULAR
             if self.checkpoint and regular and (self.checkpoint.is_due or self.stop.requested):
                 self.checkpoint.write(_iterate(problem, mode, step["barrier"]))
-            return not self.stop.requested
+            self.strayed = stays_near and not regular
+            return not (self.stop.requested or self.strayed)
 
         return record
 
@@ -259,15 +269,15 @@ def run_phases(
             objective, constraints = start_scaling(problem, start.free)
             problem.set_problem_scaling(objective, g_scaling=constraints)
             options["nlp_scaling_method"] = "user-scaling"
-        problem.progress = recorder.phase(mode, problem)
+        problem.progress = recorder.phase(mode, problem, settings.stays_near)
         point, info = _run(problem, point, {**_common(mode, settings), **options})
         recorder.refuse_to_go_on_if_stopped()
-        if mode == LUMPED and info["status"] == OPTIMAL:
+        if recorder.strayed or (mode == LUMPED and info["status"] == OPTIMAL):
             break
     return Result(
         point=point,
         optimal=info["status"] == OPTIMAL,
-        message=info["status_msg"].decode(),
+        message=STRAYED if recorder.strayed else info["status_msg"].decode(),
         objective=float(info["obj_val"]),
         constraint_violation=float(np.abs(info["g"]).max()),
         iterations=len(recorder.history) - recorder.phases,

@@ -116,3 +116,22 @@ def test_a_coarse_mesh_that_fails_leaves_the_problem_to_its_own_mesh(family, sta
     assert result.meshes == (NODES,)
     assert "mesh of 5 nodes on the way" in result.remark
     assert result.remark in log.read_text()
+
+
+@pytest.mark.parametrize("of_neighbour", [True, False])
+def test_a_coarse_mesh_that_strays_from_a_neighbour_is_not_used(family, start, of_neighbour):
+    """From no solution, IPOPT may look for a feasible point wherever it likes."""
+
+    def straying(nodes, hessian):
+        problem = family(nodes, hessian)
+        if nodes < NODES:
+            problem.add_option("start_with_resto", "yes")
+        return problem
+
+    alone = solve(lambda mode: family(NODES, mode), start, replace(SETTINGS, coarse=()))
+    begun = alone.point if of_neighbour else start
+    result = solve_coarse_to_fine(straying, NODES, begun, SETTINGS)
+    assert result.optimal
+    assert result.objective == pytest.approx(alone.objective, rel=1e-5)
+    assert ("restoration" in result.remark) == of_neighbour
+    assert result.meshes == ((NODES,) if of_neighbour else (5, 9, NODES))

@@ -467,6 +467,18 @@ def test_equal_trials_show_no_gap(by_evidence):
     assert done.regions.shows == ()
 
 
+@pytest.mark.parametrize("share", [4.0, 0.0])
+def test_a_gap_of_one_trial_is_none_and_the_trial_is_named(share):
+    """One test trial of each task: changed are those of both, or that of one."""
+    every = case(effect=RIGHT, shares={"high": 4.0, "low": share})
+    first = [t for t in every.test if t.repeat == 0]
+    done = diagnose(make_case(every.participant, first, every.reference, threads=1), None, SETTINGS)
+    assert done.gap.present == (share > 0.0)
+    rests = [text for text in done.warnings if "the gap rests on test trial high_r0" in text]
+    assert len(rests) == (share == 0.0)
+    assert (done.gap.p_value > SETTINGS.alpha) == (share == 0.0)
+
+
 def test_the_effect_behind_a_gap_is_named(whole_library):
     done = diagnosed(effect=RIGHT)
     assert done.gap.present

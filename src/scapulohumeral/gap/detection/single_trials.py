@@ -92,8 +92,8 @@ def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
 def in_words(odd: Odd, name: str) -> str:
     """What to do about the trial that a gap rests on."""
     return (
-        f"{odd.trial.side} trial {name} (task {odd.trial.task}) differs, but without it the others "
-        f"show no gap (p {odd.p_value:.2g}): one trial is no gap; look at it, or record another"
+        f"the gap rests on {odd.trial.side} trial {name} (task {odd.trial.task}): the others alone "
+        f"show none (p {odd.p_value:.2g}), and one trial is no gap; look at it, or record another"
     )
 
 

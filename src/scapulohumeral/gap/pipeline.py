@@ -77,7 +77,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     shapes, alpha = evidence.shapes(), settings.alpha
     found, findings = tested(evidence.cautious, shapes, alpha, inflation, case.seed)
     is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
-    if is_there.present:
+    # A simulation does not go otherwise once.
+    if is_there.present and not settings.of_simulations:
         is_there = _not_of_one_trial(is_there, case, records, evidence, inflation, warnings)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)

@@ -31,6 +31,8 @@ from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
+Side = Literal["test", "reference"]
+
 
 @dataclass(frozen=True, eq=False)
 class Records:
@@ -71,20 +73,13 @@ class Records:
 
         Where it is the only one of its side, its task goes with it; of a single task it stays.
         """
-        places = [
-            *(
-                OneTrial("test", task, i)
-                for task, own in self.test.items()
-                for i in range(len(own))
-            ),
-            *(
-                OneTrial("reference", task, i)
-                for task, own in self.reference.items()
-                for i in range(len(own))
-            ),
-        ]
-        rest = ((place, self._without(place)) for place in places)
-        yield from ((place, records) for place, records in rest if records.mean_records)
+        sides: list[tuple[Side, Mapping[str, Sequence[Observation]]]]
+        sides = [("test", self.test), ("reference", self.reference)]
+        for side, tasks in sides:
+            for task, trials in tasks.items():
+                places = (OneTrial(side, task, i) for i in range(len(trials)))
+                rest = ((place, self._without(place)) for place in places)
+                yield from ((place, left) for place, left in rest if left.mean_records)
 
     def _without(self, place: OneTrial) -> Records:
         """The same without one trial, or without its task if no other is on its side."""
@@ -105,7 +100,7 @@ class Records:
 class OneTrial:
     """A trial by its place: side "test" or "reference", task, and index among its side's trials."""
 
-    side: Literal["test", "reference"]
+    side: Side
     task: str
     index: int
 

@@ -10,6 +10,10 @@ import numpy as np
 from scapulohumeral.gap.labels import NO_GAP, NONE, family
 from scapulohumeral.quantities.proportion import wilson95
 
+# Repetitions by which chance is told, and the seed of their random numbers [1].
+REPETITIONS = 2000
+SEED = 1
+
 
 def rate(hits: Sequence[bool]) -> dict[str, Any]:
     """Share of hits with Wilson 95 % interval; None without cases."""
@@ -57,6 +61,32 @@ def calibration_error(bins: Sequence[Mapping[str, float]]) -> float:
     """Expected calibration error of the bins of :func:`reliability`."""
     off = sum(b["n"] * abs(b["p"] - b["right"]) for b in bins)
     return round(float(off / sum(b["n"] for b in bins)), 4)
+
+
+def calibration_error_by_chance(probabilities: Sequence[float], bins: int) -> dict[str, float]:
+    """Calibration error of answers that are right exactly as often as they say.
+
+    Few answers in a bin are right more or less often than on average, so a perfect answerer has an
+    error above zero too.
+
+    Parameters
+    ----------
+    probabilities : of the answers
+    bins : as for :func:`reliability`
+
+    Returns
+    -------
+    dict
+        Mean error, and what 95 % of the repetitions do not exceed.
+    """
+    p = np.sort(np.asarray(probabilities, dtype=float))
+    right = np.random.default_rng(SEED).random((REPETITIONS, len(p))) < p
+    parts = zip(np.array_split(p, bins), np.array_split(right, bins, axis=1), strict=True)
+    off = sum(np.abs(hits.sum(axis=1) - own.sum()) for own, hits in parts) / len(p)
+    return {
+        "mean": round(float(np.mean(off)), 4),
+        "p95": round(float(np.quantile(off, 0.95)), 4),
+    }
 
 
 def of_families(probabilities: Mapping[str, float]) -> dict[str, float]:

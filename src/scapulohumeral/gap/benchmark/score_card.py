@@ -17,6 +17,7 @@ import numpy as np
 from scapulohumeral.gap.benchmark.metrics import (
     area_under_curve,
     calibration_error,
+    calibration_error_by_chance,
     mean,
     rate,
     reliability,
@@ -165,9 +166,14 @@ def _calibration(
         if p is not None and case.status not in ("pair", "hidden"):
             pairs.append((p, name in map(family, right(case))))
     if not pairs:
-        return {"ece": None, "n": 0, "bins": []}
+        return {"ece": None, "by_chance": None, "n": 0, "bins": []}
     bins = reliability(pairs, CALIBRATION_BINS)
-    return {"ece": calibration_error(bins), "n": len(pairs), "bins": bins}
+    return {
+        "ece": calibration_error(bins),
+        "by_chance": calibration_error_by_chance([p for p, _ in pairs], CALIBRATION_BINS),
+        "n": len(pairs),
+        "bins": bins,
+    }
 
 
 def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:

@@ -84,6 +84,11 @@ MEDIANS = (
 NUMBERS = (
     ("labels in a 90 % set, mean", ("set90", "mean_size"), "at most 6 with EMG, reference"),
     ("calibration error of the first family", ("calibration", "ece"), "at most 0.08"),
+    (
+        "its mean if answers are right as often as they say",
+        ("calibration", "by_chance", "mean"),
+        "",
+    ),
 )
 
 

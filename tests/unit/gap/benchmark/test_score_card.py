@@ -6,8 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
-from scapulohumeral.gap.benchmark.metrics import area_under_curve, family_probabilities, rate
+from scapulohumeral.gap.benchmark.metrics import (
+    area_under_curve,
+    calibration_error_by_chance,
+    family_probabilities,
+    rate,
+)
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
 from scapulohumeral.gap.benchmark.score_card import group_scores, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
@@ -319,6 +325,17 @@ def test_calibration_of_answers_that_are_right_as_often_as_they_say() -> None:
     assert overall == pytest.approx(0.8)
     sure = [case(key(TEAR), answer({TEAR: 1.0})) for _ in range(5)]
     assert group_scores(sure)["calibration"]["ece"] == 0.0
+
+
+def test_calibration_error_by_chance_is_that_of_binomial_counts() -> None:
+    counts = np.arange(7)
+    of_bin = np.abs(counts / 6 - 0.6)
+    exact = float(np.sum(binom.pmf(counts, 6, 0.6) * of_bin))
+    found = calibration_error_by_chance([0.6] * 18, bins=3)
+    assert found["mean"] == pytest.approx(exact, abs=0.01)
+    assert exact < found["p95"] < of_bin.max()
+    certain = calibration_error_by_chance([0.0, 0.0, 1.0, 1.0], bins=2)
+    assert certain == {"mean": 0.0, "p95": 0.0}
 
 
 def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:

@@ -66,13 +66,12 @@ def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
             "name a module by its dotted path, e.g. scapulohumeral.provenance."
         )
     found: dict[str, Path] = {}
-    waiting = [module]
+    waiting = _source_files([module], root)
     while waiting:
-        for name in _with_parents(waiting.pop()):
-            path = source_file(name, root)
-            if path is not None and name not in found:
-                found[name] = path
-                waiting.extend(imported_names(path, name))
+        name, path = waiting.popitem()
+        if name not in found:
+            found[name] = path
+            waiting |= _imported_files(path, name, root, path.stat().st_mtime_ns)
     return sorted(found.values())
 
 
@@ -89,21 +88,29 @@ def imported_names(path: Path, module: str) -> Iterator[str]:
     module : str
         Dotted name of that file, against which relative imports are resolved.
     """
-    yield from _imported_names(path, module, path.stat().st_mtime_ns)
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            origin = absolute_origin(node, package)
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
 @cache
-def _imported_names(path: Path, module: str, modified_ns: int) -> tuple[str, ...]:
-    """The same, read once per version of the file: the code of every rule is asked for."""
-    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    names: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            origin = absolute_origin(node, package)
-            names += [f"{origin}.{alias.name}" for alias in node.names]
-    return tuple(names)
+def _imported_files(path: Path, module: str, root: Path, modified_ns: int) -> dict[str, Path]:
+    """Modules that a source file may import, read once per version of the file.
+
+    The code of every rule is asked for, and most of it is the same.
+    """
+    return _source_files(imported_names(path, module), root)
+
+
+def _source_files(modules: Iterable[str], root: Path) -> dict[str, Path]:
+    """Files of those names that are modules below `root`, their parents' ``__init__.py`` too."""
+    names = {name for module in modules for name in _with_parents(module)}
+    files = {name: source_file(name, root) for name in sorted(names)}
+    return {name: path for name, path in files.items() if path is not None}
 
 
 def code_hash(module: str) -> str:

@@ -6,7 +6,7 @@
 rule change_tracking:
     input:
         tracked="results/tracking/{participant}/{plane}_quaternion.npz",
-        code=code_of("scapulohumeral.problems.sensitivity", "scapulohumeral.ocp.solution"),
+        code=code_of("scapulohumeral.problems.changed_tracking", "scapulohumeral.ocp.solution"),
     output:
         tracked="results/sensitivity/{participant}/{case}_{plane}.npz",
     log:

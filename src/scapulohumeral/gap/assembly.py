@@ -19,7 +19,13 @@ from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.observables import phase_functions
-from scapulohumeral.gap.residual.differences import Records, differences, repeat_noise, solved_part
+from scapulohumeral.gap.residual.differences import (
+    Records,
+    mean_difference,
+    repeat_noise,
+    solved_part,
+    trial_differences,
+)
 from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
 from scapulohumeral.gap.residual.unknown_input import unknown_inputs
@@ -92,7 +98,7 @@ def assemble(
     noise = repeat_noise(records, functions, settings)
     if noise.source != "repeats":
         warnings.append("no task was repeated: noise levels are those of the configuration")
-    whole, trials = differences(records, signatures, noise, functions)
+    whole = mean_difference(records, signatures, noise, functions)
     reserved = settings.prior_no_gap + settings.prior_none + settings.prior_moved
     single = priors.priors(effects, reserved)
     # A simulation gives way as its model says; without reference trials nothing tells.
@@ -100,7 +106,7 @@ def assemble(
     evidence = Evidence(
         residuals={0.0: whole},
         cautious=whole,
-        trials=trials,
+        trials=trial_differences(records, signatures, noise, functions),
         noise=noise,
         effects=effects,
         prior={**single, **priors.pair_priors(single, reserved)},

@@ -1,10 +1,15 @@
-"""Shares of cases with their uncertainty."""
+"""Shares in words, and those of cases with their uncertainty."""
 
 from __future__ import annotations
 
 import math
 
 Z95 = 1.959964
+
+
+def percent(share: float | None) -> str:
+    """A share as whole percent, or the remark that it is not known."""
+    return "unknown" if share is None else f"{100.0 * share:.0f} %"
 
 
 def wilson95(hits: int, cases: int) -> tuple[float, float]:

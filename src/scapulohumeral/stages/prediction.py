@@ -34,6 +34,7 @@ from scapulohumeral.ocp.optimality.kkt import certificate
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import Result, Start
+from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters, without_force
 from scapulohumeral.problems.composite import Composite, compose, composite_target
 from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
 from scapulohumeral.problems.posed_problem import (
@@ -46,12 +47,7 @@ from scapulohumeral.problems.posed_problem import (
     solve_posed,
     store,
 )
-from scapulohumeral.problems.problem_choices import (
-    ProblemChoices,
-    chosen_bounds,
-    chosen_parameters,
-    without_force,
-)
+from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.stages.calibration import calibrated_muscles
 

@@ -9,10 +9,10 @@ from synthetic_study import solution
 from scapulohumeral.configuration.check import read_sensitivity
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import quaternion_multiply, relative_angle, segment_orientations
+from scapulohumeral.problems.changed_tracking import changed_tracking
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.sensitivity import (
     Case,
-    changed_tracking,
     changed_weights,
     sensitivity_cases,
 )

@@ -22,12 +22,8 @@ from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.model.tables import read_tables
-from scapulohumeral.problems.problem_choices import (
-    ProblemChoices,
-    chosen_bounds,
-    chosen_parameters,
-    without_force,
-)
+from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters, without_force
+from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import (
     Variant,
     choices_of,

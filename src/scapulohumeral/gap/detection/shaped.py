@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.residual.residual import Residual
@@ -96,7 +97,12 @@ def _squared_lengths(white: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 def _z_values(squared_lengths: np.ndarray, rank: int) -> np.ndarray:
     """Squared lengths (M,) in some directions as z values."""
-    return norm.isf(np.clip(chi2.sf(squared_lengths, rank), *P_RANGE))
+    return z_value(chi2.sf(squared_lengths, rank))
+
+
+def z_value(p_value: ArrayLike) -> np.ndarray:
+    """z value of one-sided p values; it stays finite at 0 and 1."""
+    return norm.isf(np.clip(p_value, *P_RANGE))
 
 
 def steadied(residual: Residual, vectors: np.ndarray) -> np.ndarray:

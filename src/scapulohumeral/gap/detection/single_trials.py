@@ -11,11 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from scapulohumeral.gap.detection.presence import Presence, surest, tested
-from scapulohumeral.gap.detection.shaped import P_RANGE
-from scapulohumeral.gap.residual.differences import OneTrial, Records, differences, repeat_noise
+from scapulohumeral.gap.detection.shaped import z_value
+from scapulohumeral.gap.residual.differences import (
+    OneTrial,
+    Records,
+    mean_difference,
+    repeat_noise,
+)
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
@@ -84,8 +88,8 @@ def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
         present=False,
         p_value=max(found.p_value, odd.p_value),
         statistic=STATISTIC,
-        value=float(norm.isf(np.clip(odd.p_value, *P_RANGE))),
-        threshold=float(norm.isf(level(alpha))),
+        value=float(z_value(odd.p_value)),
+        threshold=float(z_value(level(alpha))),
     )
 
 
@@ -106,7 +110,7 @@ def _residual(
     """Difference of some of the trials, with the noise that they show and all else as before."""
     kept = [of_task for of_task in signatures if of_task.task in records.mean_records]
     noise = repeat_noise(records, whole.functions, settings)
-    own, _ = differences(records, kept, noise, whole.functions)
+    own = mean_difference(records, kept, noise, whole.functions)
     rows = np.ix_(*2 * [whole.rows(own.tasks)])
     rest = (whole.covariance - whole.noise)[rows]
     return replace(own, covariance=own.noise + rest)

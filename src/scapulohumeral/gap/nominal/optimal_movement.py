@@ -33,12 +33,9 @@ from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.ocp.transcription import muscle_patterns
+from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters
 from scapulohumeral.problems.posed_problem import effort_factors
-from scapulohumeral.problems.problem_choices import (
-    ProblemChoices,
-    chosen_bounds,
-    chosen_parameters,
-)
+from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
 
 BARRIER = 1e-5

@@ -11,6 +11,7 @@ from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.left_over import said_to_be_left
 from scapulohumeral.gap.output.figures import WORDS, figures
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+from scapulohumeral.quantities.proportion import percent
 from scapulohumeral.templates import page_template
 
 TEMPLATE = "page.html.j2"
@@ -195,11 +196,6 @@ def number(value: float | None) -> str:
 def yes_or_no(value: bool | None) -> str:
     """A truth value in words, or that it is not known."""
     return "not known" if value is None else "yes" if value else "no"
-
-
-def percent(value: float) -> str:
-    """A share as whole percent."""
-    return f"{100.0 * value:.0f} %"
 
 
 def interval(ends: Interval | Sequence[Any]) -> str:

@@ -184,46 +184,59 @@ def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings)
     return trial_noise(repeats, records.channels, functions, settings.noise)
 
 
-def differences(
+def mean_difference(
     records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
-) -> tuple[Residual, tuple[TrialDifference, ...]]:
-    """Mean differences and those of single trials; their covariance is that between repeats."""
-    tasks = tuple(records.mean_records)
-    bases = [records.mean_records[r.task] if records.reference else r.nominal for r in signatures]
-    singles = [
+) -> Residual:
+    """Differences of the tasks' means; their covariance is that between repeats."""
+    curves_ = [np.mean(own, axis=0) for own in _singles(records, signatures)]
+    trials = [len(records.test[task]) for task in records.mean_records]
+    return _residual(records, tuple(records.mean_records), curves_, trials, noise, functions)
+
+
+def trial_differences(
+    records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
+) -> tuple[TrialDifference, ...]:
+    """The difference of each test trial, task by task; its covariance is that between repeats."""
+    singles = zip(records.mean_records, _singles(records, signatures), strict=True)
+    return tuple(
+        TrialDifference(task, _residual(records, (task,), [curve], [1], noise, functions))
+        for task, own in singles
+        for curve in own
+    )
+
+
+def _singles(records: Records, signatures: Sequence[TaskSignatures]) -> list[list[np.ndarray]]:
+    """Curves (N, K) of each test trial by which it differs from its task's reference."""
+    tasks = records.mean_records
+    bases = [tasks[r.task] if records.reference else r.nominal for r in signatures]
+    return [
         [difference(one, base) for one in records.test[task]]
         for task, base in zip(tasks, bases, strict=True)
     ]
+
+
+def _residual(
+    records: Records,
+    tasks: tuple[str, ...],
+    curves_: Sequence[np.ndarray],
+    trials: Sequence[int],
+    noise: Noise,
+    functions: np.ndarray,
+) -> Residual:
+    """Residual of differences (N, K) of tasks, each the mean of so many test trials."""
     counts = [len(records.reference.get(task, ())) for task in tasks]
-
-    def made(curves_: Sequence[np.ndarray], trials: Sequence[int], index: range) -> Residual:
-        weights = [
-            1.0 / n + (1.0 / counts[i] if counts[i] else 0.0)
-            for n, i in zip(trials, index, strict=True)
-        ]
-        own = [noise.covariances[tasks[i]] for i in index]
-        repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))
-        return Residual(
-            delta=compress(curves_, functions),
-            covariance=repeats,
-            noise=repeats,
-            functions=functions,
-            tasks=tuple(tasks[i] for i in index),
-            channels=records.channels,
-            degrees=tuple(noise.worth[tasks[i]] for i in index),
-        )
-
-    whole = made(
-        [np.mean(curves_, axis=0) for curves_ in singles],
-        [len(curves_) for curves_ in singles],
-        range(len(tasks)),
+    weights = [1.0 / n + (1.0 / m if m else 0.0) for n, m in zip(trials, counts, strict=True)]
+    own = [noise.covariances[task] for task in tasks]
+    repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))
+    return Residual(
+        delta=compress(curves_, functions),
+        covariance=repeats,
+        noise=repeats,
+        functions=functions,
+        tasks=tasks,
+        channels=records.channels,
+        degrees=tuple(noise.worth[task] for task in tasks),
     )
-    trials = tuple(
-        TrialDifference(task, made([curve], [1], range(i, i + 1)))
-        for i, task in enumerate(tasks)
-        for curve in singles[i]
-    )
-    return whole, trials
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from scapulohumeral.quantities.proportion import wilson95
-from scapulohumeral.report.gap.tables import percent
+from scapulohumeral.quantities.proportion import percent, wilson95
 from scapulohumeral.report.tables import Table
 
 NO_EFFECT, ARTEFACT = "no_effect", "artefact"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scapulohumeral.quantities.proportion import percent
 from scapulohumeral.report.tables import Table
 
 SHOWN_CANDIDATES = 5
@@ -280,8 +281,3 @@ def _shrinkage(diagnosis: Mapping[str, Any]) -> str:
         share = found[key]
         parts.append(f"{text}: {'none to remove' if share is None else percent(share['value'])}")
     return "; ".join(parts)
-
-
-def percent(share: float | None) -> str:
-    """A share in per cent."""
-    return "unknown" if share is None else f"{100.0 * share:.0f} %"

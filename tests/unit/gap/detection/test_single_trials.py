@@ -19,7 +19,7 @@ from scapulohumeral.gap.recording.observables import (
 from scapulohumeral.gap.residual.differences import (
     OneTrial,
     Records,
-    differences,
+    mean_difference,
     repeat_noise,
 )
 
@@ -66,7 +66,8 @@ def recorded(off, tasks=TASKS, counts=COUNTS, seed=SEED):
 def compared(records):
     """The mean difference of all trials; what sessions change is as large as the scatter."""
     tasks = [Differentiated(task) for task in records.mean_records]
-    whole, _ = differences(records, tasks, repeat_noise(records, FUNCTIONS, SETTINGS), FUNCTIONS)
+    noise = repeat_noise(records, FUNCTIONS, SETTINGS)
+    whole = mean_difference(records, tasks, noise, FUNCTIONS)
     return tasks, replace(whole, covariance=2.0 * whole.noise)
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from synthetic_study import solution
 
-from scapulohumeral.problems.sensitivity import Case, changed_tracking
+from scapulohumeral.problems.changed_tracking import changed_tracking
+from scapulohumeral.problems.sensitivity import Case
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.report.prediction.against import Predicted
 from scapulohumeral.report.prediction.sensitivity import (

@@ -88,21 +88,26 @@ def imported_names(path: Path, module: str) -> Iterator[str]:
     module : str
         Dotted name of that file, against which relative imports are resolved.
     """
+    yield from _imported_names(path, module, path.stat().st_mtime_ns)
+
+
+@cache
+def _imported_names(path: Path, module: str, modified_ns: int) -> tuple[str, ...]:
+    """The same, read once per version of the file: the code of every rule is asked for."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    names: list[str] = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             origin = absolute_origin(node, package)
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
+            names += [f"{origin}.{alias.name}" for alias in node.names]
+    return tuple(names)
 
 
 @cache
 def _imported_files(path: Path, module: str, root: Path, modified_ns: int) -> dict[str, Path]:
-    """Modules that a source file may import, read once per version of the file.
-
-    The code of every rule is asked for, and most of it is the same.
-    """
+    """Modules that a source file may import, looked for once per version of the file."""
     return _source_files(imported_names(path, module), root)
 
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
@@ -56,7 +56,7 @@ class Weighing:
 
     def __post_init__(self) -> None:
         """Refuse what is no weight."""
-        for name, value in asdict(self).items():
+        for name, value in vars(self).items():
             if not 0.0 <= value <= 1.0:
                 raise ConfigError(f"{name}: {value}; expected 0 to 1. Calibrate again.")
         if self.whole <= 0.0:

@@ -40,7 +40,15 @@ from scapulohumeral.report.validation.figures import reduction_table, task_figur
 pytestmark = pytest.mark.unit
 
 PLANES = ("frontal", "scapular", "sagittal")
-# Fields that take committed tables under another name.
+# Committed tables, and words that only they bring into the report.
+COMMITTED = {
+    "reports/sensitivity.csv": "scapula of the start turned by -20 deg",
+    "reports/ladder.csv": "choice taken back",
+    "reports/static_postures.csv": "serr_ant +",
+    "config/literature/moment_arms.csv": "Liu et al. 1997",
+    "config/literature/joint_force.csv": "implants at 90 deg",
+}
+# Fields that take them under another name.
 FIELDS = {"static_postures": "postures", "held_girdle": "held"}
 
 
@@ -75,6 +83,19 @@ def cases(coordination: Coordination) -> Cases:
 def html(files: ReportFiles) -> str:
     """The whole report."""
     return render_report(files)
+
+
+@pytest.fixture(scope="module")
+def html_of_tables(files: ReportFiles, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The whole report with committed tables, and a daily task against its recording."""
+    row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
+    row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
+    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4, "apart_tilt_rmse_deg": 11.0}
+    path = tmp_path_factory.mktemp("tasks") / "against_tasks.csv"
+    pd.DataFrame([row]).to_csv(path, index=False)
+    tables = {FIELDS.get(Path(name).stem, Path(name).stem): [Path(name)] for name in COMMITTED}
+    coordination = replace(files.coordination, against_tasks=[path], **tables)
+    return render_report(replace(files, coordination=coordination))
 
 
 def test_report_has_all_chapters(html: str) -> None:
@@ -278,32 +299,16 @@ def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
     assert published_plane(cases, "unknown", "frontal") is None
 
 
-def test_committed_tables_are_shown(files: ReportFiles, html: str) -> None:
-    said = {
-        "reports/sensitivity.csv": "scapula of the start turned by -20 deg",
-        "reports/ladder.csv": "choice taken back",
-        "reports/static_postures.csv": "serr_ant +",
-        "config/literature/moment_arms.csv": "Liu et al. 1997",
-        "config/literature/joint_force.csv": "implants at 90 deg",
-    }
-    committed = {FIELDS.get(Path(name).stem, Path(name).stem): [Path(name)] for name in said}
-    shown = render_report(replace(files, coordination=replace(files.coordination, **committed)))
-    assert [words for words in said.values() if words in html] == []
-    assert [words for words in said.values() if words not in shown] == []
+def test_committed_tables_are_shown(html: str, html_of_tables: str) -> None:
+    assert [words for words in COMMITTED.values() if words in html] == []
+    assert [words for words in COMMITTED.values() if words not in html_of_tables] == []
 
 
 def test_daily_tasks_are_shown_with_what_is_left_in_tracking(
-    files: ReportFiles, html: str, tmp_path: Path
+    html: str, html_of_tables: str
 ) -> None:
-    row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
-    row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
-    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4, "apart_tilt_rmse_deg": 11.0}
-    path = tmp_path / "against_tasks.csv"
-    pd.DataFrame([row]).to_csv(path, index=False)
-    coordination = replace(files.coordination, against_tasks=[path])
-    shown = render_report(replace(files, coordination=coordination))
-    assert "13.91 (8.40; 11.00)" in shown
-    assert "par2 shelf_reaching +13.9 deg" in shown, "its limit is missed by name"
+    assert "13.91 (8.40; 11.00)" in html_of_tables
+    assert "par2 shelf_reaching +13.9 deg" in html_of_tables, "its limit is missed by name"
     assert "daily tasks against their recordings" not in html
 
 

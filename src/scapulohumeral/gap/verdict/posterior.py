@@ -5,12 +5,12 @@ Probabilities hold if the cause is in the library, and as far as their weights a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import expit, logsumexp, softmax
+from scipy.special import expit
 
 from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE
@@ -47,7 +47,12 @@ class Score:
     @cached_property
     def best(self) -> float:
         """Log density with the parameters that data ask for, which pay nothing."""
-        return self.log_evidence - _cost(self.directions, 1.0)
+        return self.log_evidence - self._cost(1.0)
+
+    @cached_property
+    def _told_and_asked(self) -> np.ndarray:
+        """Both of all directions (2, R)."""
+        return np.array(self.directions).reshape(-1, 2).T
 
     def log_weight(self, weighing: Weighing) -> float:
         """Log probability up to a constant.
@@ -57,8 +62,7 @@ class Score:
         """
         held_out = self.best if self.log_predictive is None else self.log_predictive
         of_data = weighing.evidence * self.best + weighing.held_out * held_out
-        cost = _cost(self.directions, weighing.whole)
-        return self.log_prior + of_data + cost
+        return self.log_prior + of_data + self._cost(weighing.whole)
 
     def with_more(self, log_evidence: float) -> Score:
         """The same with so much more log evidence, on tasks left out as on all of them."""
@@ -67,18 +71,17 @@ class Score:
             self, log_evidence=self.log_evidence + log_evidence, log_predictive=predictive
         )
 
+    def _cost(self, weight: float) -> float:
+        """What parameters take off the log density of the best ones: zero or less.
 
-def _cost(directions: Sequence[Direction], weight: float) -> float:
-    """What parameters take off the log density of the best ones: zero or less.
-
-    The log density of data of some weight, integrated over priors, less that of what the data ask
-    for: the volume of the prior that is left, and how far from its middle that is.
-    """
-    if not directions:
-        return 0.0
-    told, asked = np.array(directions).T
-    told = weight * told
-    return -0.5 * float(np.sum(np.log1p(told) + asked**2 * told / (1.0 + told)))
+        The log density of data of some weight, integrated over priors, less that of what the data
+        ask for: the volume of the prior that is left, and how far from its middle that is.
+        """
+        if not self.directions:
+            return 0.0
+        told, asked = self._told_and_asked
+        told = weight * told
+        return -0.5 * float(np.sum(np.log1p(told) + asked**2 * told / (1.0 + told)))
 
 
 @dataclass(frozen=True)
@@ -161,12 +164,13 @@ def posterior(
     logs = {name: score.log_weight(weighing) for name, score in scores.items()}
     labels = [name for name in scores if name not in (NONE, NO_GAP)]
     by_label = np.array([logs[name] for name in labels])
-    of_known = logsumexp(by_label)
-    nothing = float(softmax([of_known, logs[NONE], logs[NO_GAP]])[2])
-    nothing = float(np.clip(nothing, *no_gap))
+    of_known = np.logaddexp.reduce(by_label)
+    of_gap = np.logaddexp(of_known, logs[NONE])
+    nothing = float(np.clip(expit(logs[NO_GAP] - of_gap), *no_gap))
     # Smooth unknown inputs follow any gap, also where the model predicts its cause poorly.
-    none = min(float(softmax([of_known, logs[NONE]])[1]), weighing.unknown)
-    found = {**dict(zip(labels, (1.0 - none) * softmax(by_label), strict=True)), NONE: none}
+    none = min(float(expit(logs[NONE] - of_known)), weighing.unknown)
+    shares = (1.0 - none) * np.exp(by_label - of_known)
+    found = {**dict(zip(labels, shares.tolist(), strict=True)), NONE: none}
     before = {
         name: 0.0 if JOIN in name else float(np.exp(scores[name].log_prior)) for name in found
     }
@@ -194,7 +198,7 @@ def _kept_for(answer: str, share: float, found: Mapping[str, float]) -> dict[str
 def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool:
     """Whether evidence, before its limit, is for "none of these" rather than for any label."""
     logs = {name: score.log_weight(weighing) for name, score in scores.items() if name != NO_GAP}
-    return bool(logs.pop(NONE) > logsumexp(list(logs.values())))
+    return bool(logs.pop(NONE) > np.logaddexp.reduce(list(logs.values())))
 
 
 def no_gap_range(weighing: Weighing, case: Circumstances) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from scapulohumeral.errors import SolveError
 from scapulohumeral.model.rotations import (
     euler_to_quaternion,
     make_continuous,
@@ -48,6 +49,22 @@ class Mechanics:
     support: np.ndarray
     pull: np.ndarray
     burden: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Refuse what OpenSim could not compute: fibres without an equilibrium are not a number.
+
+        Raises
+        ------
+        SolveError                       a value is not finite
+        """
+        for name, part in vars(self).items():
+            frames = np.flatnonzero(~np.isfinite(part).reshape(len(part), -1).all(axis=1))
+            if frames.size:
+                raise SolveError(
+                    f"OpenSim gives no number for {name} in {frames.size} frames, first in frame "
+                    f"{frames[0]}; expected finite values. Look at the pose: fibres may be "
+                    "stretched beyond what their muscle model holds for."
+                )
 
     def at(self, frame: int) -> Mechanics:
         """One frame."""

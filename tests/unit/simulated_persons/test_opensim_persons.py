@@ -17,6 +17,7 @@ from simulated_persons.opensim_plant.arm import OpenSimArm
 from simulated_persons.opensim_plant.body import JOINTS, SEGMENTS, Body, read_body, write_body
 from simulated_persons.opensim_plant.effects import ACTIONS, affected
 from simulated_persons.opensim_plant.least_effort import QUADRATIC_SHARE, Demand, least_effort
+from simulated_persons.opensim_plant.mechanics import Mechanics
 from simulated_persons.plan import LIBRARY, OPENSIM, OUTSIDE, OWN, Draw, draw_plans
 
 pytestmark = pytest.mark.unit
@@ -128,3 +129,13 @@ def test_sharing_is_the_least_effort_that_a_general_solver_finds() -> None:
     best = minimize(effort, wanted, bounds=[(0.0, 1.0)] * 8, constraints=[held], method="SLSQP")
     np.testing.assert_allclose(matrix @ found, target, atol=1e-3)
     assert effort(found) == pytest.approx(best.fun, rel=1e-2)
+
+
+def test_a_force_that_is_no_number_is_named_and_its_person_drawn_again() -> None:
+    parts = {"torque": (4, 10), "arms": (4, 6, 10), "force": (4, 5, 6)}
+    parts |= {"support": (4, 3, 10), "pull": (4, 6, 3), "burden": (4, 3)}
+    whole = {name: np.ones(shape) for name, shape in parts.items()}
+    assert Mechanics(**whole).at(2).force.shape == (1, 5, 6)
+    whole["force"][2, 4, 1] = np.nan
+    with pytest.raises(SolveError, match="no number for force in 1 frames, first in frame 2"):
+        Mechanics(**whole)

@@ -21,7 +21,13 @@ from scapulohumeral.gap.curve_files import (
 from scapulohumeral.gap.detection import null_bank
 from scapulohumeral.gap.detection.permutation import strongest
 from scapulohumeral.gap.detection.presence import tested
-from scapulohumeral.gap.detection.single_trials import contradicted, in_words, rests_on_one
+from scapulohumeral.gap.detection.single_trials import (
+    alone,
+    alone_in_words,
+    contradicted,
+    in_words,
+    rests_on_one,
+)
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
@@ -84,6 +90,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
         )
         if odd is not None:
             warnings.append(in_words(odd, odd.trial.name(case)))
+        warnings += [alone_in_words(one, one.name(case)) for one in alone(records)]
         is_there = contradicted(is_there, odd, alpha)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)

@@ -479,6 +479,16 @@ def test_a_gap_of_one_trial_is_none_and_the_trial_is_named(share):
     assert (done.gap.p_value > SETTINGS.alpha) == (share == 0.0)
 
 
+def test_a_gap_of_the_only_trial_of_a_side_comes_with_a_warning():
+    every = case(effect=RIGHT, shares={"high": 4.0, "low": 4.0})
+    first = [next(t for t in every.test if t.task == "high")]
+    few = [t for t in every.reference if t.task == "high"]
+    done = diagnose(make_case(every.participant, first, few, threads=1), None, SETTINGS)
+    assert done.gap.present
+    [text] = [text for text in done.warnings if "is the only one of its side" in text]
+    assert text.startswith(f"test trial {first[0].name} ")
+
+
 def test_the_effect_behind_a_gap_is_named(whole_library):
     done = diagnosed(effect=RIGHT)
     assert done.gap.present

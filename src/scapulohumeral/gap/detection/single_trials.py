@@ -14,9 +14,11 @@ import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence, surest, tested
 from scapulohumeral.gap.detection.shaped import z_value
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.residual.differences import (
     OneTrial,
     Records,
+    Side,
     mean_difference,
     repeat_noise,
 )
@@ -55,9 +57,7 @@ def rests_on_one(
     inflation: float,
     seed: int,
 ) -> Odd | None:
-    """The trial without which the others do not differ; None without one.
-
-    A single trial of a single task cannot be left out.
+    """The trial without which the others do not differ; None without one, see also :func:`alone`.
 
     Parameters
     ----------
@@ -79,6 +79,20 @@ def rests_on_one(
     return worst if worst and worst.p_value > level(settings.alpha) else None
 
 
+def alone(records: Records) -> tuple[OneTrial, ...]:
+    """Trials that cannot be left out: of a single task, the only ones of their side."""
+    if len(records.mean_records) > 1:
+        return ()
+    both: dict[Side, Mapping[str, Sequence[Observation]]]
+    both = {"test": records.test, "reference": records.reference}
+    return tuple(
+        OneTrial(side, task, 0)
+        for side, tasks in both.items()
+        for task, trials in tasks.items()
+        if len(trials) == 1
+    )
+
+
 def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
     """A finding that does not stand where it rests on one trial; its value becomes a z value."""
     if odd is None:
@@ -90,6 +104,14 @@ def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
         statistic=STATISTIC,
         value=float(z_value(odd.p_value)),
         threshold=float(z_value(level(alpha))),
+    )
+
+
+def alone_in_words(one: OneTrial, name: str) -> str:
+    """Why a gap may be no more than one trial."""
+    return (
+        f"{one.side} trial {name} is the only one of its side: a movement that went otherwise once "
+        "looks like a gap; record repeats, or a second task"
     )
 
 

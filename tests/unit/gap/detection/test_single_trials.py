@@ -8,7 +8,13 @@ import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS, small_record
 
 from scapulohumeral.gap.detection.presence import Presence
-from scapulohumeral.gap.detection.single_trials import contradicted, in_words, level, rests_on_one
+from scapulohumeral.gap.detection.single_trials import (
+    alone,
+    contradicted,
+    in_words,
+    level,
+    rests_on_one,
+)
 from scapulohumeral.gap.labels import GLR, ON_RECORD
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
@@ -99,8 +105,14 @@ def test_a_task_goes_with_its_only_trial_and_a_single_one_stays():
     assert len(places) == 6
     assert set(places[OneTrial("test", "lift", 0)].mean_records) == {"reach"}
     assert set(places[OneTrial("reference", "lift", 0)].mean_records) == set(TASKS)
-    alone = dict(recorded({}, tasks=("lift",), counts=counts).thinned())
-    assert set(alone) == {OneTrial("reference", "lift", 0), OneTrial("reference", "lift", 1)}
+    left = dict(recorded({}, tasks=("lift",), counts=counts).thinned())
+    assert set(left) == {OneTrial("reference", "lift", 0), OneTrial("reference", "lift", 1)}
+
+
+def test_only_a_single_task_has_trials_that_cannot_be_left_out():
+    counts = {"test": 1, "reference": 2}
+    assert alone(recorded({}, counts=counts)) == ()
+    assert alone(recorded({}, tasks=("lift",), counts=counts)) == (OneTrial("test", "lift", 0),)
 
 
 @pytest.mark.parametrize("side", ["test", "reference"])

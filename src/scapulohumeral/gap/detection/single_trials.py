@@ -14,11 +14,9 @@ import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence, surest, tested
 from scapulohumeral.gap.detection.shaped import z_value
-from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.residual.differences import (
     OneTrial,
     Records,
-    Side,
     mean_difference,
     repeat_noise,
 )
@@ -83,11 +81,9 @@ def alone(records: Records) -> tuple[OneTrial, ...]:
     """Trials that cannot be left out: of a single task, the only ones of their side."""
     if len(records.mean_records) > 1:
         return ()
-    both: dict[Side, Mapping[str, Sequence[Observation]]]
-    both = {"test": records.test, "reference": records.reference}
     return tuple(
         OneTrial(side, task, 0)
-        for side, tasks in both.items()
+        for side, tasks in records.sides.items()
         for task, trials in tasks.items()
         if len(trials) == 1
     )

@@ -54,6 +54,11 @@ class Records:
     channels: tuple[str, ...]
     of_one_person: bool
 
+    @property
+    def sides(self) -> dict[Side, Mapping[str, Sequence[Observation]]]:
+        """Trials of both sides, by task."""
+        return {"test": self.test, "reference": self.reference}
+
     def about_mean(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
         """Curves (L, N, K) of trials of a task relative to its mean record."""
         return np.stack([difference(one, self.mean_records[task]) for one in trials])
@@ -73,9 +78,7 @@ class Records:
 
         Where it is the only one of its side, its task goes with it; of a single task it stays.
         """
-        sides: list[tuple[Side, Mapping[str, Sequence[Observation]]]]
-        sides = [("test", self.test), ("reference", self.reference)]
-        for side, tasks in sides:
+        for side, tasks in self.sides.items():
             for task, trials in tasks.items():
                 places = (OneTrial(side, task, i) for i in range(len(trials)))
                 rest = ((place, self._without(place)) for place in places)
@@ -84,7 +87,7 @@ class Records:
     def _without(self, place: OneTrial) -> Records:
         """The same without one trial, or without its task if no other is on its side."""
         task, of_test = place.task, place.side == "test"
-        trials = self.test if of_test else self.reference
+        trials = self.sides[place.side]
         left = [one for i, one in enumerate(trials[task]) if i != place.index]
         if not left:
             return self.of_tasks(set(self.mean_records) - {task})

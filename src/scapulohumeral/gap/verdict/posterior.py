@@ -52,7 +52,7 @@ class Score:
     @cached_property
     def _told_and_asked(self) -> np.ndarray:
         """Both of all directions (2, R)."""
-        return np.array(self.directions).reshape(-1, 2).T
+        return np.array(self.directions).T
 
     def log_weight(self, weighing: Weighing) -> float:
         """Log probability up to a constant.

@@ -12,6 +12,7 @@ from small_arm import small_motion
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.gap.benchmark.scored_case import absent_value
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.external_force import POINTS
 from scapulohumeral.gap.effects.frames import elevation
@@ -160,6 +161,12 @@ def test_effects_are_mistaken_for_families_that_there_are():
     families = {effect.family for effect in LIBRARY}
     for effect in LIBRARY:
         assert set(effect.mimics) <= families - {effect.family}
+
+
+def test_names_of_parameters_tell_where_an_effect_is_absent():
+    # Keys of blind cases name the first parameter, and hold no value at which it is off.
+    for first in (effect.params[0] for effect in LIBRARY if effect.params):
+        assert absent_value(first.name) == first.off, first.name
 
 
 def test_internal_scale_is_inverted():

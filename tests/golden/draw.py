@@ -11,6 +11,7 @@ import argparse
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +24,14 @@ from simulated_persons.drawing.trials import Recordings
 from simulated_persons.effects import Injection, co_contraction, frame_misalignment
 from simulated_persons.observation import Recording
 from simulated_persons.plan import YIELDS, Plan
+from simulated_persons.spoilt import FULL_ROTATION, spoilt
 
 PARTICIPANT = "par2"
 # Every fourth of the simulated frames is kept, 25 Hz: what people do lies below 6 Hz.
 KEPT = 4
+# Skin of the upper arm, and frames of other markers, in one of two records of the same movements.
+TWO_RECORDS, LOST_SHARE, PUT_ON_DEG, MARKER_SEED = "two_records", 0.4, 1.0, 1
+SKIN = {"label": "measurement/humerus_sta", "parameter": "lost_share", "amplitude": LOST_SHARE}
 
 
 def large(draw: Callable[[np.random.Generator], Injection], label: str, least: float) -> Injection:
@@ -68,6 +73,7 @@ def plans() -> list[Plan]:
         plan("reference_and_emg", 1, (stiff,), tasks=("frontal", "scapular")),
         plan("motion_alone", 2, (turn,), emg=False),
         plan("without_effect", 3, (), reference=False),
+        plan(TWO_RECORDS, 4, (), tasks=("frontal", "scapular"), emg=False),
     ]
 
 
@@ -75,6 +81,22 @@ def thinned(trial: Recording) -> Recording:
     """Every `KEPT`-th frame."""
     parts = {name: values[::KEPT] for name, values in vars(trial).items()}
     return replace(trial, **parts)
+
+
+def recorded_twice(trials: Recordings) -> Recordings:
+    """Reference trials, and the same movements as skin of the upper arm has them."""
+    rng = np.random.default_rng(MARKER_SEED)
+    lost_deg = LOST_SHARE * np.rad2deg(FULL_ROTATION)
+    found = {}
+    for (side, task, repeat), trial in trials.items():
+        if side != "reference":
+            continue
+        found[side, task, repeat] = trial
+        turned = spoilt(trial.angles_rad, "humerus", "y", lost_deg, growing=True)
+        for segment, axis in product(("thorax", "scapula", "humerus"), "xyz"):
+            turned = spoilt(turned, segment, axis, rng.normal(0.0, PUT_ON_DEG), growing=False)
+        found["test", task, repeat] = replace(trial, angles_rad=turned)
+    return found
 
 
 def main() -> None:
@@ -89,9 +111,13 @@ def main() -> None:
             raise SystemExit(f"{drawn.attempt.plan.id}: {', '.join(drawn.attempt.failures)}")
         case, folder = drawn.plan, options.out / drawn.plan.id
         coarse: Recordings = {name: thinned(trial) for name, trial in drawn.recordings.items()}
+        if case.id == TWO_RECORDS:
+            coarse = recorded_twice(coarse)
         write_case(study, case, coarse, folder)
         key = case_key(case, drawn.recordings)
         truth = {name: key[name] for name in ("participant", "seed", "mode", "effects")}
+        if case.id == TWO_RECORDS:
+            truth["effects"] = [SKIN]
         (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
 
 

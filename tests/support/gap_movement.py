@@ -25,6 +25,7 @@ from scapulohumeral.gap.settings import (
     JointSpread,
     ModelSpread,
     NoisePrior,
+    OneMovement,
     SessionSpread,
 )
 from scapulohumeral.model.rotations import trial_to_pose
@@ -44,6 +45,7 @@ SETTINGS = GapSettings(
     prior_none=0.1,
     prior_moved=0.1,
     simulated=0.05,
+    one_movement=OneMovement(0.25, 50.0),
     calibration="gap/calibration.json",
     null_bank="gap/no_bank.json",
     geometry={},

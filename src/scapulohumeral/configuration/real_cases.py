@@ -59,7 +59,11 @@ class Spoilt(Section):
     axis: Annotated[Literal["x", "y", "z"], key("Of that frame [no unit].")]
     deg: Annotated[Real, key("Turn [deg].", ge=-45, le=45)]
     growing: Annotated[
-        bool, key("Of the scapula alone: from 60 deg of elevation on, whole at 120 [no unit].")
+        bool,
+        key(
+            "Skin. Of the scapula: from 60 deg of elevation on, whole at 120; of the humerus, axis "
+            "y: against its axial rotation, whole at 60 deg [no unit]."
+        ),
     ] = False
 
 

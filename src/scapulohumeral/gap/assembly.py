@@ -28,7 +28,11 @@ from scapulohumeral.gap.residual.differences import (
 )
 from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
-from scapulohumeral.gap.residual.unknown_input import unknown_inputs
+from scapulohumeral.gap.residual.unknown_input import (
+    UnknownInputs,
+    unknown_errors,
+    unknown_inputs,
+)
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures, task_signatures
 
@@ -49,6 +53,7 @@ def effects_of(
         of_one_person=records.of_one_person,
         simulated=settings.of_simulations,
         unmeasured=frozenset(records.sensors.unmeasured),
+        of_one_movement=records.of_one_movement,
     )
     return library(setup)
 
@@ -112,7 +117,7 @@ def assemble(
         prior={**single, **priors.pair_priors(single, reserved)},
         sensors=records.sensors,
         signatures=signatures,
-        unknown_inputs=unknown_inputs(signatures, functions, records.channels, settings.noise.emg),
+        unknown_inputs=_unknown(signatures, functions, records, settings),
         referenced=bool(records.reference),
         of_one_person=records.of_one_person,
         session_shares=SessionShares(1.0, 1.0),
@@ -121,6 +126,17 @@ def assemble(
         fits={},
     )
     return most_probable(evidence)
+
+
+def _unknown(
+    signatures: Sequence[TaskSignatures],
+    functions: np.ndarray,
+    records: Records,
+    settings: GapSettings,
+) -> UnknownInputs:
+    """What may act that no effect names: on the body, or of one movement on its records alone."""
+    of_case = unknown_errors if records.of_one_movement else unknown_inputs
+    return of_case(signatures, functions, records.channels, settings.noise)
 
 
 def _respond_or_reason(*job: Any) -> TaskSignatures | SolveError:

@@ -29,7 +29,11 @@ from scapulohumeral.gap.isolation.hypothesis import Fit
 from scapulohumeral.gap.isolation.model_error import SignatureError, change_error
 from scapulohumeral.gap.isolation.movement import expected_movement_left, predicted_movement
 from scapulohumeral.gap.labels import MOVED
-from scapulohumeral.gap.recording.observables import channel_kind, channel_unit
+from scapulohumeral.gap.recording.observables import (
+    KINEMATIC_CHANNELS,
+    channel_kind,
+    channel_unit,
+)
 from scapulohumeral.gap.residual.differences import TrialDifference
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
@@ -159,9 +163,8 @@ def controls(
     shares : of the black box and of each placebo, if there are trials to hold out
     """
     rng = np.random.default_rng(seed)
-    forces = (
-        sum(kind == "dof" for kind, _ in unknown_inputs.names) * unknown_inputs.shapes[0].shape[1]
-    )
+    # These come first: one of each degree of freedom, or of each joint rotation's record.
+    forces = len(KINEMATIC_CHANNELS) * unknown_inputs.shapes[0].shape[1]
     by_task = np.split(unknown_inputs.columns, len(residual.tasks), axis=1)
     placebos = [
         sum(columns[:, :forces] for columns in by_task) @ rng.normal(size=forces)

@@ -294,17 +294,23 @@ def _movements(evidence: Evidence, p: Posterior, doubted: str) -> list[str]:
 def _unknown(evidence: Evidence, scores: Mapping[str, Score], weighing: Weighing) -> str:
     """Why a cause is not named that may be none of these; empty if evidence is for a cause.
 
-    A person answers to a known cause in other ways than predicted, and smooth unknown inputs follow
-    that: between trials of one person, what is left of the gap speaks in their place.
+    A person answers to a known cause in other ways than predicted, skin slides in other ways, and
+    smooth unknown inputs follow that: between records of one person, what is left of the gap
+    speaks in their place.
     """
-    if evidence.of_one_person or not posterior.unknown_is_likelier(scores, weighing):
+    of_records = evidence.of_one_person or evidence.settings.of_one_movement
+    if of_records or not posterior.unknown_is_likelier(scores, weighing):
         return ""
     return BETTER_UNKNOWN
 
 
 def motion_is_told(evidence: Evidence) -> bool:
-    """Whether something beside motion is compared, which tells what a movement was done with."""
-    return bool({kind.name for kind in evidence.residual.kinds} & set(TELLING))
+    """Whether something beside motion is compared, which tells what a movement was done with.
+
+    What two records of one movement differ by, motion tells.
+    """
+    beside = {kind.name for kind in evidence.residual.kinds} & set(TELLING)
+    return evidence.settings.of_one_movement or bool(beside)
 
 
 def hypotheses_rows(judged: Judged) -> list[HypothesesRow]:

@@ -32,6 +32,7 @@ from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.recording.one_movement import aligned
 from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
@@ -51,6 +52,11 @@ OF_SIMULATIONS = (
     "trials are simulations, as was asked for: they are taken to differ by next to nothing without "
     "a cause, and no error of measurement is considered"
 )
+ONE_MOVEMENT = (
+    "test and reference trials are records of the same movements, by their times and by how the "
+    "arm rises: only what acts on the record is considered. Simulations that follow one arm look "
+    "the same: name them with --simulated"
+)
 
 
 def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
@@ -67,6 +73,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     """
     warnings: list[str] = []
     weighing = settings.weighing
+    if not settings.of_simulations:
+        case = aligned(case)
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS
@@ -77,6 +85,9 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     kind = mode, bool(case.channels), case.has_contact
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
+    if case.one_movement:
+        warnings.append(ONE_MOVEMENT)
+        settings = settings.for_one_movement()
     settings = _for_emg_unit(settings, case, warnings)
     evidence = assemble(case, records, model, settings, warnings)
     shapes, alpha = evidence.shapes(), settings.alpha

@@ -67,6 +67,14 @@ class NoisePrior(Section):
 
 
 @dataclass(frozen=True)
+class OneMovement(Section):
+    """What differs without a cause where both sides recorded the same movements."""
+
+    share: Annotated[Real, key("Of the session's posture and of noise [1].", gt=0, le=1)]
+    repeats: Annotated[Real, key("Repeats that this knowledge is worth [1].", gt=0, le=1000)]
+
+
+@dataclass(frozen=True)
 class ModelSpread(Section):
     """Standard deviations of the model's own error, for cases without reference."""
 
@@ -127,6 +135,9 @@ class _Keys(Section):
     simulated: Annotated[
         Real, key("Share of session and noise between simulations [1].", gt=0, le=1)
     ]
+    one_movement: Annotated[
+        OneMovement, key("What two records of one movement differ by without a cause.")
+    ]
     session: Annotated[
         SessionSpread, key("Standard deviations of what changes between two recordings.")
     ]
@@ -158,6 +169,7 @@ class GapSettings(_Keys):
     weights : of the nominal objective, keys of ``weights.tracking`` and `stability`
     view : what the nominal model does
     of_simulations : whether the trials are simulations, which have no markers and do not scatter
+    of_one_movement : whether both sides recorded the same movements, with two systems at once
     choices : which problem predictions solve
     """
 
@@ -165,6 +177,7 @@ class GapSettings(_Keys):
     weights: Mapping[str, float]
     view: View = "tracking"
     of_simulations: bool = False
+    of_one_movement: bool = False
     choices: ProblemChoices = ProblemChoices()
 
     def __post_init__(self) -> None:
@@ -180,6 +193,13 @@ class GapSettings(_Keys):
                 f"{self.prior_none} and {self.prior_moved} leave nothing for the effects; expected "
                 "a sum below 1. Lower them."
             )
+
+    def for_one_movement(self) -> GapSettings:
+        """The same for test and reference trials that recorded one movement at once."""
+        left = self.one_movement
+        noise = replace(_scaled(self.noise, left.share), repeats=left.repeats)
+        session = replace(self.session, posture_deg=left.share * self.session.posture_deg)
+        return replace(self, noise=noise, session=session, of_one_movement=True)
 
     @property
     def weighing(self) -> Weighing:

@@ -18,6 +18,7 @@ from scapulohumeral.gap.judgement import (
     _unknown,
     _unproven,
     _untold,
+    motion_is_told,
 )
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.result import Share, Shrinkage
@@ -27,13 +28,16 @@ pytestmark = pytest.mark.unit
 LOAD, FRAME, SKIN = "body/hand_load", "input/frame_misalignment/humerus", "measurement/scapula_sta"
 
 
-def of_person(*recorded: str, one: bool = True) -> SimpleNamespace:
+def of_person(*recorded: str, one: bool = True, movement: bool = False) -> SimpleNamespace:
     """What the question needs of the evidence of a case."""
     effects = [SimpleNamespace(label=LOAD, changes_body=True)]
     effects += [SimpleNamespace(label=label, changes_body=False) for label in (FRAME, SKIN)]
     kinds = [SimpleNamespace(name=name) for name in ("kinematics", *recorded)]
     return SimpleNamespace(
-        of_one_person=one, effects=effects, residual=SimpleNamespace(kinds=kinds)
+        of_one_person=one,
+        effects=effects,
+        residual=SimpleNamespace(kinds=kinds),
+        settings=SimpleNamespace(of_one_movement=movement),
     )
 
 
@@ -112,3 +116,11 @@ def test_what_smooth_inputs_explain_better_counts_only_against_a_model() -> None
     assert _unknown(of_person(one=False), better, START) == BETTER_UNKNOWN
     assert _unknown(of_person(one=False), worse, START) == ""
     assert _unknown(of_person(), better, START) == ""
+    # Skin slides in other ways than predicted, too.
+    assert _unknown(of_person(one=False, movement=True), better, START) == ""
+
+
+def test_what_two_records_of_one_movement_differ_by_motion_tells() -> None:
+    assert motion_is_told(of_person(one=False, movement=True))
+    assert motion_is_told(of_person("emg"))
+    assert not motion_is_told(of_person())

@@ -79,5 +79,22 @@ def test_skin_slides_over_a_lifted_scapula_alone() -> None:
     elevation = np.rad2deg(np.arccos(axis[:, 1]))
     np.testing.assert_allclose(np.interp(120.0, elevation, vectors[:, 2]), 12.0, atol=0.1)
     assert np.all(np.diff(vectors[:, 2]) > -1e-9)
-    with pytest.raises(ValueError, match="growing error of the humerus"):
-        spoilt(ANGLES, "humerus", "y", 8.0, growing=True)
+
+
+def test_skin_of_the_upper_arm_loses_a_share_of_axial_rotation() -> None:
+    rolling = ANGLES[:1].repeat(len(DURATION), 0)
+    # With the arm nearly hanging, the last angle is axial rotation.
+    rolling[:, 7] = 0.0
+    rolling[:, 8] = np.deg2rad(90.0 * DURATION)
+    kept = np.rad2deg(spoilt(rolling, "humerus", "y", 24.0, growing=True) - rolling)
+    np.testing.assert_allclose(kept[:, 6] + kept[:, 8], -36.0 * DURATION, atol=1e-6)
+    np.testing.assert_allclose(kept[:, [0, 1, 2, 3, 4, 5, 7, 9]], 0.0, atol=1e-6)
+    vectors = turned("humerus", "y", 24.0, growing=True)["humerus"]
+    np.testing.assert_allclose(vectors[0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(vectors[:, [0, 2]], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("segment", "axis"), [("humerus", "x"), ("thorax", "y")])
+def test_only_known_skin_slides(segment: str, axis: str) -> None:
+    with pytest.raises(ValueError, match=f"growing error of the {segment} about {axis}"):
+        spoilt(ANGLES, segment, axis, 8.0, growing=True)

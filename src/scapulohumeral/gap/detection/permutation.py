@@ -62,7 +62,8 @@ def exchangeable(
     """A finding that stands only if other arrangements of the same trials differ less.
 
     Left as it is where so few trials cannot contradict it: without reference trials, or if even
-    the most extreme arrangement would be no rarer than `alpha`.
+    the most extreme arrangement would be no rarer than `alpha`. Two records of one movement do
+    not change places: one system made all of one side.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def exchangeable(
     slopes : (D, P) of the effects that the test looks for; without any, whole differences count
     alpha : false alarms allowed; seed : of arrangements, where there are too many for all
     """
-    if not (found.present and records.reference):
+    if records.of_one_movement or not (found.present and records.reference):
         return found
     arranged = _arranged(records, residual, seed)
     sizes = shaped(residual, arranged, slopes) if slopes else _lengths(residual, arranged)

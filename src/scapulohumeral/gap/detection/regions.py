@@ -28,7 +28,7 @@ POINTWISE_SIGMA = 1.96
 
 
 class EnteringCurve(NamedTuple):
-    """A curve (N,) of what may enter, in `unit` (N m or fraction of MVC), and its threshold."""
+    """A curve (N,) of what may enter, in `unit` (N m, or that of a channel), and its threshold."""
 
     kind: str
     name: str
@@ -131,7 +131,7 @@ def entered_regions(
             name=name,
             curve=curves[i],
             threshold=threshold * float(spread[i].mean()),
-            unit="N m" if kind == "dof" else "fraction_of_mvc",
+            unit="N m" if kind == "dof" else channel_unit(name),
         )
         for i, (kind, name) in enumerate(unknown_inputs.names)
     ]

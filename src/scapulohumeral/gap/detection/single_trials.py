@@ -78,8 +78,11 @@ def rests_on_one(
 
 
 def alone(records: Records) -> tuple[OneTrial, ...]:
-    """Trials that cannot be left out: of a single task, the only ones of their side."""
-    if len(records.mean_records) > 1:
+    """Trials that cannot be left out: of a single task, the only ones of their side.
+
+    None where both sides recorded the same movements: that one went otherwise is no difference.
+    """
+    if records.of_one_movement or len(records.mean_records) > 1:
         return ()
     return tuple(
         OneTrial(side, task, 0)

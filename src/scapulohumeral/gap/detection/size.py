@@ -33,7 +33,7 @@ def sides(residual: Residual, records: Records) -> list[Side]:
             task: residual.compress([records.about_mean(task, side[task])]).T
             for task in residual.tasks
         }
-        for side in (records.test, records.reference)
+        for side in records.sides.values()
         if side
     ]
 

@@ -80,6 +80,7 @@ class Setup:
     of_one_person : whether a person is compared with the same person, not with the model
     simulated : whether the trials are simulations, which no measurement can spoil
     unmeasured : segments that a rule stands for: an effect on their record alone cannot show
+    of_one_movement : whether both sides recorded the same movements, of one body
     """
 
     groups: tuple[str, ...]
@@ -89,6 +90,7 @@ class Setup:
     of_one_person: bool = False
     simulated: bool = False
     unmeasured: frozenset[str] = frozenset()
+    of_one_movement: bool = False
 
     @property
     def observables(self) -> frozenset[str]:

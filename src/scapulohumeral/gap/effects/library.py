@@ -16,6 +16,7 @@ from scapulohumeral.gap.effects import (
     frame_misalignment,
     glenoid_orientation,
     hand_load,
+    humerus_sta,
     joint_damping,
     pain_inhibition,
     passive_gh,
@@ -55,6 +56,7 @@ FAMILIES = (
     external_force,
     frame_misalignment,
     scapula_sta,
+    humerus_sta,
     emg_gain,
     electrode_shift,
     emg_crosstalk,
@@ -79,11 +81,14 @@ def library(setup: Setup) -> tuple[Effect, ...]:
     """All effects that the recorded observables can show, in a fixed order.
 
     What the model itself may have wrong is the same on both sides of a comparison of one person,
-    not of two simulations. These have no errors of measurement.
+    not of two simulations. These have no errors of measurement. Two records of one movement differ
+    by nothing else.
     """
     families = [f for f in FAMILIES if not (setup.of_one_person and f in OF_THE_MODEL)]
     every = (effect for family in families for effect in family.members(setup))
-    shown = (effect for effect in every if effect.needs <= setup.observables)
+    shown = [effect for effect in every if effect.needs <= setup.observables]
+    if setup.of_one_movement:
+        return tuple(effect for effect in shown if not effect.changes_body)
     return tuple(effect for effect in shown if effect.changes_body or not setup.simulated)
 
 

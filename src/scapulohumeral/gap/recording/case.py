@@ -148,6 +148,8 @@ class Case:
     """What is diagnosed. Make it with `make_case`, which orders trials by content.
 
     `notes` are remarks of the reader (columns ignored, repeats counted once) for the log.
+    `one_movement`: whether trial i of both sides recorded one movement, see
+    `one_movement.aligned`.
     """
 
     participant: GapParticipant
@@ -156,6 +158,7 @@ class Case:
     seed: int = DEFAULT_SEED
     threads: int = DEFAULT_THREADS
     notes: tuple[str, ...] = ()
+    one_movement: bool = False
 
     @property
     def mode(self) -> str:

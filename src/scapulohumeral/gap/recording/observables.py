@@ -162,6 +162,26 @@ def mean(observed: Sequence[Observation]) -> Observation:
     )
 
 
+def carried(observed: Observation, partner: Observation, onto: Observation) -> Observation:
+    """A record that differs from `onto` as a record differs from its partner."""
+    pose = onto.pose + observed.pose - partner.pose
+    for part in JOINT_QUATERNIONS:
+        turn = quaternion_multiply(
+            observed.pose[:, part], quaternion_conjugate(partner.pose[:, part])
+        )
+        pose[:, part] = quaternion_multiply(turn, onto.pose[:, part])
+    emg = force = None
+    if onto.emg is not None and observed.emg is not None and partner.emg is not None:
+        emg = onto.emg + observed.emg - partner.emg
+    if (
+        onto.contact_N is not None
+        and observed.contact_N is not None
+        and partner.contact_N is not None
+    ):
+        force = onto.contact_N + observed.contact_N - partner.contact_N
+    return replace(onto, pose=pose, emg=emg, contact_N=force)
+
+
 def difference(observed: Observation, mean_record: Observation) -> Array:
     """Channels (N, K) of a record relative to another: deg, fraction of MVC, N."""
     parts = []

@@ -20,6 +20,7 @@ from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.marks import unmeasured_segments
 from scapulohumeral.gap.recording.observables import (
     SensorSetup,
+    carried,
     channel_names,
     difference,
     electrode_matrix,
@@ -45,6 +46,9 @@ class Records:
     sensors : what is recorded; channels : (K,) names
     of_one_person : whether a person is compared with the same person, who chose both movements:
         with reference trials, and not between simulations
+    of_one_movement : whether both sides recorded the same movements. Test trials are then mean
+        records that differ from the mean as each record does from its partner, and the reference
+        is that mean, which is exact
     """
 
     test: Mapping[str, Sequence[Observation]]
@@ -53,10 +57,13 @@ class Records:
     sensors: SensorSetup
     channels: tuple[str, ...]
     of_one_person: bool
+    of_one_movement: bool = False
 
     @property
     def sides(self) -> dict[Side, Mapping[str, Sequence[Observation]]]:
-        """Trials of both sides, by task."""
+        """Trials of both sides that scatter, by task."""
+        if self.of_one_movement:
+            return {"test": self.test}
         return {"test": self.test, "reference": self.reference}
 
     def about_mean(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
@@ -129,6 +136,8 @@ def read_records(
         return tasks
 
     test, reference = observed(case.test), observed(case.reference)
+    if case.one_movement:
+        test, reference = _paired(test, reference)
     common = [task for task in test if task in reference]
     if case.reference and len(common) < len(test):
         left = ", ".join(sorted(set(test) - set(common)))
@@ -147,8 +156,27 @@ def read_records(
             case.channels, electrodes, case.has_contact, unmeasured_segments(case.trials)
         ),
         channels=channel_names(case.channels, case.has_contact),
-        of_one_person=bool(common) and not settings.of_simulations,
+        of_one_person=bool(common) and not settings.of_simulations and not case.one_movement,
+        of_one_movement=case.one_movement,
     )
+
+
+def _paired(
+    test: Mapping[str, Sequence[Observation]], reference: Mapping[str, Sequence[Observation]]
+) -> tuple[dict[str, list[Observation]], dict[str, list[Observation]]]:
+    """Both sides of records of the same movements, see :class:`Records`: trial i of a task is one.
+
+    So what the person did otherwise from trial to trial is in neither side.
+    """
+    means = {task: mean(trials) for task, trials in reference.items()}
+    carried_ = {
+        task: [
+            carried(one, partner, means[task])
+            for one, partner in zip(trials, reference[task], strict=True)
+        ]
+        for task, trials in test.items()
+    }
+    return carried_, {task: [one] for task, one in means.items()}
 
 
 def solved_part(
@@ -176,11 +204,7 @@ def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings)
     repeats = {
         task: Repeats(
             mean_record,
-            tuple(
-                records.about_mean(task, side[task])
-                for side in (records.test, records.reference)
-                if side
-            ),
+            tuple(records.about_mean(task, side[task]) for side in records.sides.values() if side),
         )
         for task, mean_record in records.mean_records.items()
     }
@@ -227,7 +251,8 @@ def _residual(
     functions: np.ndarray,
 ) -> Residual:
     """Residual of differences (N, K) of tasks, each the mean of so many test trials."""
-    counts = [len(records.reference.get(task, ())) for task in tasks]
+    exact = records.of_one_movement
+    counts = [0 if exact else len(records.reference.get(task, ())) for task in tasks]
     weights = [1.0 / n + (1.0 / m if m else 0.0) for n, m in zip(trials, counts, strict=True)]
     own = [noise.covariances[task] for task in tasks]
     repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))

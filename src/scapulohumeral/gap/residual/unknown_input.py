@@ -1,7 +1,7 @@
-"""Smooth unknown inputs: generalised forces and errors of EMG channels that no effect names.
+"""Smooth unknown inputs: generalised forces and errors of channels that no effect names.
 
-A Gaussian process through the optimal control problem. What it explains, but no effect does, speaks
-for none of these.
+A Gaussian process, that of forces through the optimal control problem. What it explains, but no
+effect does, speaks for none of these.
 
 Letters: N nodes, K channels, D coefficients, S unknown inputs, F functions of phase.
 """
@@ -19,7 +19,9 @@ from scapulohumeral.gap.recording.observables import (
     channel_kind,
     phase_functions,
 )
+from scapulohumeral.gap.residual.noise import deviation
 from scapulohumeral.gap.residual.residual import Residual, compress
+from scapulohumeral.gap.settings import NoisePrior
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
@@ -59,7 +61,7 @@ def unknown_input_left(residual: Residual, columns: np.ndarray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class UnknownInputs:
-    """Smooth generalised forces of each task, and smooth errors of its EMG channels.
+    """Smooth generalised forces of each task, and smooth errors of its channels.
 
     Attributes
     ----------
@@ -77,28 +79,57 @@ def unknown_inputs(
     signatures: Sequence[TaskSignatures],
     functions: np.ndarray,
     channels: Sequence[str],
-    emg_unit: float,
+    noise: NoisePrior,
 ) -> UnknownInputs:
-    """All disturbances of a case; EMG errors in units of `emg_unit` [fraction of MVC].
+    """All disturbances of a case: forces of 1 N m, errors of EMG as large as repeats scatter.
 
     `functions` (N, B) are those of the comparison, `channels` its (K,) names.
     """
-    nodes = len(functions)
-    shapes = phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
-    names = [("dof", name) for name in KINEMATIC_CHANNELS]
     emg = [name for name in channels if channel_kind(name) == "emg"]
-    names += [("channel", name) for name in emg]
+    errors = _errors(emg, functions, channels, noise)
     blocks = []
     for of_task in signatures:
         slack = of_task.slack.reshape(-1, *of_task.slack.shape[2:])
-        columns = [compress([slack], functions)]
-        for name in emg:
-            curves = np.zeros((SMOOTH, nodes, len(channels)))
-            curves[:, :, channels.index(name)] = emg_unit * shapes.T
-            columns.append(compress([curves], functions))
-        blocks.append(np.hstack(columns))
-    units = [1.0] * len(KINEMATIC_CHANNELS) + [emg_unit] * len(emg)
+        blocks.append(np.hstack([compress([slack], functions), errors]))
+    names = [("dof", name) for name in KINEMATIC_CHANNELS]
+    names += [("channel", name) for name in emg]
+    shapes = _shapes(len(functions))
+    units = [1.0] * len(KINEMATIC_CHANNELS) + [deviation(noise, name) for name in emg]
     return UnknownInputs(block_diag(*blocks), tuple(names), tuple(unit * shapes for unit in units))
+
+
+def unknown_errors(
+    signatures: Sequence[TaskSignatures],
+    functions: np.ndarray,
+    channels: Sequence[str],
+    noise: NoisePrior,
+) -> UnknownInputs:
+    """Errors of all channels, where both sides recorded the same movements: no force differs.
+
+    Arguments are those of :func:`unknown_inputs`.
+    """
+    errors = _errors(channels, functions, channels, noise)
+    shapes = _shapes(len(functions))
+    return UnknownInputs(
+        block_diag(*([errors] * len(signatures))),
+        tuple(("channel", name) for name in channels),
+        tuple(deviation(noise, name) * shapes for name in channels),
+    )
+
+
+def _errors(
+    of: Sequence[str], functions: np.ndarray, channels: Sequence[str], noise: NoisePrior
+) -> np.ndarray:
+    """Changes (K B, F each) by smooth errors of some channels, as large as repeats scatter."""
+    curves = np.zeros((len(of), SMOOTH, len(functions), len(channels)))
+    for i, name in enumerate(of):
+        curves[i, :, :, channels.index(name)] = deviation(noise, name) * _shapes(len(functions)).T
+    return compress([curves.reshape(-1, *curves.shape[2:])], functions)
+
+
+def _shapes(nodes: int) -> np.ndarray:
+    """Smooth functions of phase (N, F) with a mean square of one."""
+    return phase_functions(nodes, SMOOTH) * np.sqrt(nodes)
 
 
 def most_probable_gain(residual: Residual, columns: np.ndarray) -> np.ndarray:

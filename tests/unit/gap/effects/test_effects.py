@@ -13,9 +13,10 @@ from small_arm import small_motion
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.benchmark.scored_case import absent_value
+from scapulohumeral.gap.effects import humerus_sta
 from scapulohumeral.gap.effects.base import Param, Setup
 from scapulohumeral.gap.effects.external_force import POINTS
-from scapulohumeral.gap.effects.frames import elevation
+from scapulohumeral.gap.effects.frames import elevation, turn_frame
 from scapulohumeral.gap.effects.library import FAMILIES, NEEDING, library, untestable
 from scapulohumeral.gap.effects.scapula_sta import FULL_RAD, sliding
 from scapulohumeral.gap.nominal import optimal_movement
@@ -31,6 +32,8 @@ pytestmark = pytest.mark.unit
 GROUPS = np.array(["serr_ant", *gap_movement.NAMES[1:]])
 SETUP = replace(gap_movement.SETUP, groups=tuple(GROUPS))
 LIBRARY = library(SETUP)
+# One effect exists only where both sides recorded the same movements.
+EVERY = (*LIBRARY, *humerus_sta.members(replace(SETUP, of_one_movement=True)))
 BY_LABEL = {effect.label: effect for effect in LIBRARY}
 RECORDER = SensorSetup(("EMG_a", "EMG_b"), np.array([[1.0, 0, 0], [0, 0.5, 0.5]]), True)
 # One effect of every kind of change: dynamics, muscles, effort, bounds, objective.
@@ -90,18 +93,18 @@ def typical(effect, share=1.0):
 
 
 def test_all_families_are_there_once():
-    assert len(FAMILIES) == len({(e.side, e.family) for e in LIBRARY}) == 25
+    assert len(FAMILIES) == len({(e.side, e.family) for e in EVERY}) == 26
     assert len(BY_LABEL) == len(LIBRARY)
 
 
-@pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
+@pytest.mark.parametrize("effect", EVERY, ids=lambda e: e.label)
 def test_off_is_the_nominal_model(effect):
     body, record = small_body(), small_record()
     np.testing.assert_allclose(numbers(effect.apply(body, effect.off)), numbers(body), atol=1e-9)
     np.testing.assert_allclose(difference(effect.observe(record, effect.off), record), 0, atol=1e-9)
 
 
-@pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
+@pytest.mark.parametrize("effect", EVERY, ids=lambda e: e.label)
 def test_typical_values_change_the_body_or_the_record(effect):
     body, record = small_body(), small_record()
     changed = not np.allclose(numbers(effect.apply(body, typical(effect))), numbers(body))
@@ -143,6 +146,13 @@ def test_simulations_have_no_errors_of_measurement_but_another_model():
     assert {"passive_girdle", "strength_loss"} <= {effect.family for effect in effects}
 
 
+def test_two_records_of_one_movement_differ_by_nothing_but_the_record():
+    effects = library(replace(SETUP, of_one_movement=True))
+    assert not any(effect.changes_body for effect in effects)
+    kept = {e.label for e in LIBRARY if not e.changes_body}
+    assert {e.label for e in effects} - kept == {"measurement/humerus_sta"}
+
+
 def test_effects_on_a_scapula_that_nobody_measured_are_untestable():
     effects = library(replace(SETUP, unmeasured=frozenset({"scapula"})))
     lost = {e.label for e in LIBRARY} - {e.label for e in effects}
@@ -159,7 +169,7 @@ def test_parameters_without_source_or_beyond_their_bounds_are_refused():
 
 def test_effects_are_mistaken_for_families_that_there_are():
     families = {effect.family for effect in LIBRARY}
-    for effect in LIBRARY:
+    for effect in EVERY:
         assert set(effect.mimics) <= families - {effect.family}
 
 
@@ -170,7 +180,7 @@ def test_names_of_parameters_tell_where_an_effect_is_absent():
 
 
 def test_internal_scale_is_inverted():
-    for effect in LIBRARY:
+    for effect in EVERY:
         for p in effect.params:
             assert p.internal(p.off) == 0.0
             assert p.physical(p.internal(p.typical)) == pytest.approx(p.typical)
@@ -270,6 +280,23 @@ def test_skin_error_has_no_kink_and_its_full_size_at_120_degrees():
     assert np.abs(np.diff(slope)).max() < 0.02
     assert sliding(np.deg2rad(120.0)) / sliding(FULL_RAD) == pytest.approx(1.0)
     assert np.all(np.diff(sliding(angle)[angle > np.deg2rad(60.0)]) > 0.0)
+
+
+def test_skin_of_the_upper_arm_loses_a_share_of_its_axial_rotation_and_nothing_else():
+    [effect] = humerus_sta.members(replace(SETUP, of_one_movement=True))
+    record = small_record()
+    # An arm that rolls by 90 deg about its long axis beside all that it does.
+    rolled = np.zeros((NODES, 3))
+    rolled[:, 1] = np.linspace(0.0, np.pi / 2.0, NODES)
+    arm = replace(record, pose=turn_frame(record.pose[:1].repeat(NODES, 0), "humerus", rolled))
+    np.testing.assert_allclose(humerus_sta.axial_rotation(arm.pose), rolled[:, 1], atol=1e-9)
+    seen = effect.observe(arm, np.array([0.4]))
+    np.testing.assert_allclose(humerus_sta.axial_rotation(seen.pose), 0.6 * rolled[:, 1], atol=1e-9)
+    np.testing.assert_allclose(elevation(seen.pose), elevation(arm.pose), atol=1e-9)
+    np.testing.assert_allclose(seen.pose[:, :8], arm.pose[:, :8])
+    # What one record loses, the other has more of.
+    back = effect.observe(seen, np.array([-0.4 / 0.6]))
+    np.testing.assert_allclose(difference(back, arm), 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("segment", ["thorax", "scapula", "humerus"])

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.observables import (
     _averaged,
+    carried,
     difference,
     predicted,
     predicted_changes,
 )
+from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 
 pytestmark = pytest.mark.unit
@@ -47,6 +50,19 @@ def test_changes_are_differences_of_what_is_recorded(channels, contact):
         )
         expected = difference(ahead, behind) / (2.0 * STEP)
         np.testing.assert_allclose(change, expected, rtol=1e-6, atol=1e-6)
+
+
+def test_a_carried_record_differs_as_a_record_does_from_its_partner():
+    rng = np.random.default_rng(5)
+
+    def record():
+        angles = rng.normal(0.0, 0.4, (NODES, 10))
+        emg, force = rng.normal(size=(NODES, 2)), rng.normal(size=(NODES, 3))
+        return Observation(1.0, trial_to_pose(angles), CHANNELS, emg, force)
+
+    one, partner, onto = record(), record(), record()
+    found = difference(carried(one, partner, onto), onto)
+    np.testing.assert_allclose(found, difference(one, partner), atol=1e-9)
 
 
 def test_what_ends_a_little_early_is_held():

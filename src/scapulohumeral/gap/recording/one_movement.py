@@ -1,0 +1,108 @@
+"""Whether test and reference trials recorded the same movements, with two systems at once.
+
+Skin markers against bone pins, one set of markers against another: both sides then differ by what
+acts on the record and by nothing else. Trials say so themselves: their times are the same, the arm
+rises alike, and far more so than in another repeat of the task. One trial of each task does not
+tell: whoever guides or simulates a movement may repeat it as closely.
+
+Letters: L pairs of trials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from scapulohumeral.gap.effects.frames import elevation
+from scapulohumeral.gap.recording.case import Case, GapTrial
+from scapulohumeral.model.rotations import Array, trial_to_pose
+
+# Times that differ by less are the same [s]: files are rounded.
+SAME_TIME_S = 1e-3
+# Envelopes that differ by less are the same [fraction of MVC].
+SAME_EMG = 1e-3
+# Share of its variation by which the elevation in one record of a movement may differ from that in
+# the other, but for a constant. Repeats of two people differ by 0.075 to 2.2 of it (43 pairs, on
+# the clock or stretched to one length), simulated ones that last as long by 0.15 or more (32
+# pairs); skin is off by up to 4 deg in 120 (Hamming et al. 2012, J Biomech 45: 1161-1168).
+SAME_RISE = 0.07
+# A partner is at most so far from a trial, over the nearest other repeat of the task, for at least
+# so many trials.
+NEARER, CONFIRMED = 1.0 / 3.0, 2
+
+
+def aligned(case: Case) -> Case:
+    """The case with `one_movement` if each test trial has a reference trial of its movement.
+
+    Each test trial then stands at the place of its partner and has that one's window; reference
+    trials without a partner are left out. Else the case as it is.
+    """
+    pairs = [(one, _partner(one, case.reference)) for one in case.test]
+    found = [(one, partner) for one, partner in pairs if partner is not None]
+    partners = [partner for _, partner in found]
+    if len(found) < len(case.test) or len({id(one) for one in partners}) < len(partners):
+        return case
+    if rise_apart(case.test, partners) > SAME_RISE or not _confirmed(found, case.reference):
+        return case
+    test = tuple(replace(one, window_s=partner.window_s) for one, partner in found)
+    return replace(case, test=test, reference=tuple(partners), one_movement=True)
+
+
+def _confirmed(pairs: Sequence[tuple[GapTrial, GapTrial]], reference: Sequence[GapTrial]) -> bool:
+    """Whether partners are nearer than other repeats, for as many trials as it takes."""
+    compared = 0
+    for one, partner in pairs:
+        others = [o for o in reference if o.task == one.task and o is not partner]
+        alike = [rise_apart([one], [o]) for o in others if _same_times(one, o)]
+        if any(rise_apart([one], [partner]) > NEARER * apart for apart in alike):
+            return False
+        compared += bool(others)
+    return compared >= CONFIRMED
+
+
+def _partner(one: GapTrial, others: Sequence[GapTrial]) -> GapTrial | None:
+    """The trial of the same task that has the same times and rises most alike; None without one."""
+    able = [
+        other
+        for other in others
+        if other.task == one.task and _same_times(one, other) and _same_muscles(one, other)
+    ]
+    return min(able, key=lambda other: rise_apart([one], [other]), default=None)
+
+
+def _same_times(one: GapTrial, other: GapTrial) -> bool:
+    return len(one.time_s) == len(other.time_s) and bool(
+        np.allclose(one.time_s, other.time_s, rtol=0.0, atol=SAME_TIME_S)
+    )
+
+
+def _same_muscles(one: GapTrial, other: GapTrial) -> bool:
+    """Whether EMG does not contradict that both are one movement: one system records it."""
+    if one.emg is None or other.emg is None:
+        return True
+    return np.shape(one.emg.values) == np.shape(other.emg.values) and bool(
+        np.allclose(one.emg.values, other.emg.values, atol=SAME_EMG)
+    )
+
+
+def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> float:
+    """How far elevations of trials are from those of their partners, (L,) each, but for constants.
+
+    Returns
+    -------
+    float                            root of the squares that are left over all squares about means
+    """
+    left = whole = 0.0
+    for one, partner in zip(trials, partners, strict=True):
+        rise, other = _rise(one), _rise(partner)
+        left += float(np.sum((rise - other) ** 2))
+        whole += float(np.sum(other**2))
+    return float(np.sqrt(left / max(whole, np.finfo(float).tiny)))
+
+
+def _rise(trial: GapTrial) -> Array:
+    """Elevation over its mean [rad]."""
+    found = elevation(trial_to_pose(trial.smooth.angles_rad))
+    return found - found.mean()

@@ -99,6 +99,11 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
         help="what made the simulations, as config/gap/simulators/study.yaml: their own model and "
         "problem, in place of a model that is scaled and fitted for the trials",
     )  # fmt: skip
+    add(
+        "--one-movement", action="store_true",
+        help="both sides recorded the same movements, with two systems at once; found out where "
+        "tasks were repeated",
+    )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
     add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study")
@@ -124,6 +129,7 @@ def _diagnose(options: argparse.Namespace, command: str) -> int:
         settings=options.settings,
         simulated=options.simulated,
         simulator=options.simulator,
+        one_movement=options.one_movement,
     )
     return run(request)
 

@@ -32,7 +32,7 @@ from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
-from scapulohumeral.gap.recording.one_movement import aligned
+from scapulohumeral.gap.recording.one_movement import aligned, perhaps
 from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
@@ -57,6 +57,10 @@ ONE_MOVEMENT = (
     "arm rises: only what acts on the record is considered. Simulations that follow one arm look "
     "the same: name them with --simulated"
 )
+PERHAPS_ONE_MOVEMENT = (
+    "test and reference trials have the same times, and the arm rises alike in them: if two "
+    "systems recorded the same movements, say so with --one-movement"
+)
 
 
 def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diagnosis:
@@ -73,8 +77,9 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     """
     warnings: list[str] = []
     weighing = settings.weighing
-    if not settings.of_simulations:
+    if not (settings.of_simulations or case.one_movement):
         case = aligned(case)
+        warnings += [PERHAPS_ONE_MOVEMENT] if perhaps(case) else []
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS

@@ -26,6 +26,7 @@ from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks, not_compared
 from scapulohumeral.gap.recording.marks import unmeasured
+from scapulohumeral.gap.recording.one_movement import stated
 from scapulohumeral.gap.recording.participant_file import (
     check_groups,
     find_participant,
@@ -75,7 +76,7 @@ class Request:
 
     `config`: of the study, `settings`: of diagnoses. `view` says whether trials are compared with
     the tracked or the predicted motion, `simulated` whether they are simulations, `simulator` what
-    made them.
+    made them, `one_movement` that both sides recorded the same movements.
     """
 
     tests: tuple[Path, ...]
@@ -91,6 +92,7 @@ class Request:
     settings: Path = SETTINGS
     simulated: bool = False
     simulator: Path | None = None
+    one_movement: bool = False
 
 
 def run(request: Request) -> int:
@@ -149,7 +151,7 @@ def read_case(request: Request, config: Config) -> Case:
     check_channels(case)
     for note in case.notes:
         log.info("%s", note)
-    return case
+    return stated(case) if request.one_movement else case
 
 
 def settings_hash(config: Config, settings: GapSettings) -> str:
@@ -264,6 +266,11 @@ def _check_options(request: Request) -> None:
         raise ConfigError(
             f"--simulator {request.simulator} says how scapula and clavicle of simulations are "
             "predicted; expected it with --simulated --view prediction. Add both, or leave it out."
+        )
+    if request.one_movement and request.simulated:
+        raise ConfigError(
+            "--one-movement with --simulated: simulations have no errors of measurement, which is "
+            "all that two records of one movement differ by. Leave one of them out."
         )
     for option, value, least in (("--seed", request.seed, 0), ("--threads", request.threads, 1)):
         if value < least:

@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 import yaml
 from gap_files import elevation, finished_diagnosis, write_csv, write_participant
@@ -233,6 +234,21 @@ def test_every_command_finds_the_files_that_a_configuration_names(
         assert used[-1] == REPOSITORY / "config" / name
         assert (cli.main(["gap", "bank", "check", *options]) == 0) == fits
         assert fits or "other.json is not there" in capsys.readouterr().out
+
+
+def test_two_records_of_one_movement_are_what_the_command_was_told(case_folder, seen, capsys):
+    options = ["lift_r1.csv"], ["lift_r3.csv"]
+    # The EMG of the folder says that these are two movements.
+    assert diagnose(case_folder, *options, "--one-movement") == 2
+    assert "lift_r1: not each of them has" in capsys.readouterr().err
+    for name in ("lift_r1.csv", "lift_r3.csv"):
+        table = pd.read_csv(case_folder / name).drop(columns="EMG_infra")
+        table.to_csv(case_folder / name, index=False)
+    assert diagnose(case_folder, *options, "--one-movement") == 0
+    assert diagnose(case_folder, *options) == 0
+    assert [one.one_movement for one in seen] == [True, False]
+    assert diagnose(case_folder, *options, "--one-movement", "--simulated") == 2
+    assert "Leave one of them out" in capsys.readouterr().err
 
 
 def test_what_made_simulations_is_refused_for_other_trials(case_folder, seen, capsys):

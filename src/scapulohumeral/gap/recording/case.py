@@ -284,5 +284,5 @@ def case_hash(case: Case) -> str:
         for trial in trials:
             group = groups.setdefault(trial.task, len(groups))
             digest.update(f"{kind} {group} {trial_hash(trial)} ".encode())
-    digest.update(f"seed {case.seed}".encode())
+    digest.update(f"seed {case.seed}{' one movement' * case.one_movement}".encode())
     return digest.hexdigest()

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.gap.effects.frames import elevation
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.model.rotations import Array, trial_to_pose
@@ -33,24 +34,64 @@ SAME_RISE = 0.07
 NEARER, CONFIRMED = 1.0 / 3.0, 2
 
 
+Pairs = Sequence[tuple[GapTrial, GapTrial]]
+
+
 def aligned(case: Case) -> Case:
-    """The case with `one_movement` if each test trial has a reference trial of its movement.
+    """The case with `one_movement` if its trials say that; else as it is. See :func:`stated`."""
+    pairs = _pairs(case)
+    if not pairs or not _alike(pairs) or not _confirmed(pairs, case.reference):
+        return case
+    return _paired(case, pairs)
+
+
+def stated(case: Case) -> Case:
+    """The case with `one_movement`, as somebody says who knows.
 
     Each test trial then stands at the place of its partner and has that one's window; reference
-    trials without a partner are left out. Else the case as it is.
+    trials without a partner are left out.
+
+    Raises
+    ------
+    DataError                        a test trial has no partner of its own
     """
+    pairs = _pairs(case)
+    if not pairs:
+        names = ", ".join(one.name for one in case.test)
+        raise DataError(
+            f"{names}: not each of them has a reference trial of its task with the same times and "
+            "EMG; expected that of records of one movement. Correct the files, or leave out "
+            "--one-movement."
+        )
+    return _paired(case, pairs)
+
+
+def perhaps(case: Case) -> bool:
+    """Whether both sides may have recorded the same movements, though trials do not prove it."""
+    pairs = _pairs(case)
+    return not case.one_movement and bool(pairs) and _alike(pairs)
+
+
+def _paired(case: Case, pairs: Pairs) -> Case:
+    test = tuple(replace(one, window_s=partner.window_s) for one, partner in pairs)
+    reference = tuple(partner for _, partner in pairs)
+    return replace(case, test=test, reference=reference, one_movement=True)
+
+
+def _pairs(case: Case) -> Pairs:
+    """Each test trial with its partner; none if one lacks a partner of its own."""
     pairs = [(one, _partner(one, case.reference)) for one in case.test]
     found = [(one, partner) for one, partner in pairs if partner is not None]
-    partners = [partner for _, partner in found]
-    if len(found) < len(case.test) or len({id(one) for one in partners}) < len(partners):
-        return case
-    if rise_apart(case.test, partners) > SAME_RISE or not _confirmed(found, case.reference):
-        return case
-    test = tuple(replace(one, window_s=partner.window_s) for one, partner in found)
-    return replace(case, test=test, reference=tuple(partners), one_movement=True)
+    own = {id(partner) for _, partner in found}
+    return found if len(own) == len(case.test) else []
 
 
-def _confirmed(pairs: Sequence[tuple[GapTrial, GapTrial]], reference: Sequence[GapTrial]) -> bool:
+def _alike(pairs: Pairs) -> bool:
+    """Whether the arm rises alike in both of all pairs."""
+    return rise_apart(*zip(*pairs, strict=True)) <= SAME_RISE
+
+
+def _confirmed(pairs: Pairs, reference: Sequence[GapTrial]) -> bool:
     """Whether partners are nearer than other repeats, for as many trials as it takes."""
     compared = 0
     for one, partner in pairs:

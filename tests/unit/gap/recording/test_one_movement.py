@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 from gap_files import elevation
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.recording.case import Case, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.recording.one_movement import SAME_RISE, aligned, rise_apart
+from scapulohumeral.gap.recording.one_movement import (
+    SAME_RISE,
+    aligned,
+    perhaps,
+    rise_apart,
+    stated,
+)
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES, pose_to_trial, trial_to_pose
 
@@ -84,6 +91,8 @@ def test_one_trial_of_each_task_does_not_tell():
     both = [(trial(i, task, skin=1.0), trial(i, task)) for i, task in tasks]
     given = case(*map(list, zip(*both, strict=True)))
     assert aligned(given) is given
+    assert perhaps(given)
+    assert stated(given).one_movement
     more = case([*given.test, trial(2, skin=1.0)], [*given.reference, trial(2)])
     assert aligned(more).one_movement
 
@@ -112,6 +121,9 @@ def test_other_times_are_another_movement():
     test = [trial(0, skin=1.0), replace(one, time_s=later.time_s, smooth=later)]
     given = case(test, [trial(0), trial(1)])
     assert aligned(given) is given
+    assert not perhaps(given)
+    with pytest.raises(DataError, match="lift_r1_skin.*--one-movement"):
+        stated(given)
 
 
 def test_no_reference_no_pair():

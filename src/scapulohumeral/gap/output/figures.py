@@ -80,7 +80,7 @@ def shows_figure(table: pd.DataFrame) -> Picture:
 
 @styled
 def enters_figure(table: pd.DataFrame) -> Picture:
-    """Heat map of what is missing by degree of freedom or EMG channel, one panel per unit."""
+    """Heat map of what is missing by degree of freedom or channel, one panel per unit."""
     units = list(table["unit"].unique())
     drawing = Drawing(len(units), 1, (8.0, 0.9 * len(units) + 0.22 * table["name"].nunique()))
     for row, unit in enumerate(units):
@@ -89,7 +89,7 @@ def enters_figure(table: pd.DataFrame) -> Picture:
         _heat_map(drawing, part, "name", "effect", f"missing [{unit}]", row)
     return drawing.finish(
         "gap_enters",
-        "Where the gap enters: generalised forces and errors of EMG channels that would explain "
+        "Where the gap enters: generalised forces and errors of channels that would explain "
         "the difference. Hatched: below the threshold.",
     )
 

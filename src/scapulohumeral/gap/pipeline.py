@@ -20,20 +20,22 @@ from scapulohumeral.gap.curve_files import (
 )
 from scapulohumeral.gap.detection import null_bank
 from scapulohumeral.gap.detection.permutation import strongest
-from scapulohumeral.gap.detection.presence import tested
+from scapulohumeral.gap.detection.presence import Presence, tested
 from scapulohumeral.gap.detection.single_trials import (
     alone,
     alone_in_words,
+    as_sure_as_two,
     contradicted,
     in_words,
     rests_on_one,
 )
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.one_movement import aligned, perhaps
-from scapulohumeral.gap.residual.differences import read_records
+from scapulohumeral.gap.residual.differences import Records, read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
 )
@@ -100,14 +102,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
     # A simulation does not go otherwise once.
     if is_there.present and not settings.of_simulations:
-        of_tasks, local = evidence.signatures, evidence.settings
-        odd = rests_on_one(
-            records, of_tasks, evidence.cautious, shapes, local, inflation, case.seed
-        )
-        if odd is not None:
-            warnings.append(in_words(odd, odd.trial.name(case)))
-        warnings += [alone_in_words(one, one.name(case)) for one in alone(records)]
-        is_there = contradicted(is_there, odd, alpha)
+        is_there = _without_one_trial(is_there, case, records, evidence, inflation, warnings)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)
     if is_there.present:
@@ -120,6 +115,26 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
         hashes={"null_bank": None if bank is None else bank.hash},
         curves={**told.curves, "baselines": table_of(BaselinesRow, rows)},
     )
+
+
+def _without_one_trial(
+    found: Presence,
+    case: Case,
+    records: Records,
+    evidence: Evidence,
+    inflation: float,
+    warnings: list[str],
+) -> Presence:
+    """A finding that does not rest on one trial, or else none; `warnings` names the trial."""
+    settings = evidence.settings
+    difference = evidence.signatures, evidence.cautious, evidence.shapes()
+    odd = rests_on_one(records, *difference, settings, inflation, case.seed)
+    if odd is not None:
+        warnings.append(in_words(odd, odd.trial.name(case)))
+        return contradicted(found, odd, settings.alpha)
+    lone = alone(records)
+    warnings += [alone_in_words(one, one.name(case)) for one in lone]
+    return as_sure_as_two(found, settings.alpha) if lone else found
 
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:

@@ -2,7 +2,7 @@
 
 Among three repeats of a real person one may stand out from all others, and a mean difference that
 is large for noise is then that one trial. So each trial in turn is left out (the jackknife), and
-the rest has to differ, too.
+the rest has to differ, too. A trial that cannot be left out has to tell as much as two.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
-STATISTIC = "without_one_trial"
+STATISTIC, ALONE = "without_one_trial", "one_trial_alone"
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,8 @@ def alone(records: Records) -> tuple[OneTrial, ...]:
     )
 
 
-def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
+def contradicted(found: Presence, odd: Odd, alpha: float) -> Presence:
     """A finding that does not stand where it rests on one trial; its value becomes a z value."""
-    if odd is None:
-        return found
     return replace(
         found,
         present=False,
@@ -106,11 +104,28 @@ def contradicted(found: Presence, odd: Odd | None, alpha: float) -> Presence:
     )
 
 
+def as_sure_as_two(found: Presence, alpha: float) -> Presence:
+    """A finding of a trial that cannot be left out, see :func:`alone`; its value is a z value.
+
+    Two that each have a p value of `alpha` are by chance as rare as its square: so rare has one to
+    be alone. Its p value is told as that of each of two.
+    """
+    p_value = float(np.sqrt(found.p_value))
+    return replace(
+        found,
+        present=p_value <= alpha,
+        p_value=p_value,
+        statistic=ALONE,
+        value=float(z_value(p_value)),
+        threshold=float(z_value(alpha)),
+    )
+
+
 def alone_in_words(one: OneTrial, name: str) -> str:
     """Why a gap may be no more than one trial."""
     return (
         f"{one.side} trial {name} is the only one of its side: a movement that went otherwise once "
-        "looks like a gap; record repeats, or a second task"
+        "looks like a gap, so that only a rare difference is one; record repeats, or a second task"
     )
 
 

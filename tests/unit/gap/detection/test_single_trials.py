@@ -10,6 +10,7 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_record
 from scapulohumeral.gap.detection.presence import Presence
 from scapulohumeral.gap.detection.single_trials import (
     alone,
+    as_sure_as_two,
     contradicted,
     in_words,
     level,
@@ -141,7 +142,6 @@ def test_without_reference_the_trials_of_the_test_are_left_out():
 
 def test_a_contradicted_gap_is_none_and_says_by_what():
     found = Presence(True, 0.01, "max_t", 9.0, 4.0, {})
-    assert contradicted(found, None, SETTINGS.alpha) is found
     odd = odd_one(recorded({("test", "reach", 0): 60.0}, counts={"test": 1, "reference": 3}))
     told = contradicted(found, odd, SETTINGS.alpha)
     assert not told.present
@@ -151,3 +151,13 @@ def test_a_contradicted_gap_is_none_and_says_by_what():
     words = in_words(odd, "reach_r5")
     assert "reach_r5" in words
     assert "look at it" in words
+
+
+@pytest.mark.parametrize(("p_value", "stays"), [(0.002, True), (0.0025, True), (0.004, False)])
+def test_a_trial_alone_has_to_be_as_sure_as_two(p_value, stays):
+    found = Presence(True, p_value, GLR, 4.0, 3.0, {GLR: 3.0})
+    told = as_sure_as_two(found, 0.05)
+    assert told.present == stays
+    assert told.p_value == pytest.approx(np.sqrt(p_value))
+    assert (told.value >= told.threshold) == stays
+    assert told.shape_thresholds == found.shape_thresholds

@@ -24,11 +24,12 @@ from scapulohumeral.model.rotations import Array, trial_to_pose
 SAME_TIME_S = 1e-3
 # Envelopes that differ by less are the same [fraction of MVC].
 SAME_EMG = 1e-3
-# Share of its variation by which the elevation in one record of a movement may differ from that in
-# the other, but for a constant. Repeats of two people differ by 0.075 to 2.2 of it (43 pairs, on
-# the clock or stretched to one length), simulated ones that last as long by 0.15 or more (32
-# pairs); skin is off by up to 4 deg in 120 (Hamming et al. 2012, J Biomech 45: 1161-1168).
-SAME_RISE = 0.07
+# Share by which the speed of elevation in one record of a movement may differ from that in the
+# other. Repeats of two people differ by 0.19 or more (43 pairs, on the clock or stretched to one
+# length), simulated ones that last as long by 0.34 or more; records of one movement that turn each
+# segment by smooth errors of 1 deg, by 0.03 to 0.08. Skin of the upper arm and turned frames hardly change
+# it (Hamming et al. 2012, J Biomech 45: 1161-1168: elevation is off by up to 4 deg).
+SAME_RISE = 0.15
 # A partner is at most so far from a trial, over the nearest other repeat of the task, for at least
 # so many trials.
 NEARER, CONFIRMED = 1.0 / 3.0, 2
@@ -129,11 +130,11 @@ def _same_muscles(one: GapTrial, other: GapTrial) -> bool:
 
 
 def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> float:
-    """How far elevations of trials are from those of their partners, (L,) each, but for constants.
+    """How far speeds of elevation of trials are from those of their partners, (L,) each.
 
     Returns
     -------
-    float                            root of the squares that are left over all squares about means
+    float                            root of the squares of differences over those of the partners
     """
     left = whole = 0.0
     for one, partner in zip(trials, partners, strict=True):
@@ -144,6 +145,5 @@ def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> floa
 
 
 def _rise(trial: GapTrial) -> Array:
-    """Elevation over its mean [rad]."""
-    found = elevation(trial_to_pose(trial.smooth.angles_rad))
-    return found - found.mean()
+    """Speed of elevation between frames [rad/s]."""
+    return np.diff(elevation(trial_to_pose(trial.smooth.angles_rad))) / np.diff(trial.time_s)

@@ -27,8 +27,8 @@ SAME_EMG = 1e-3
 # Share by which the speed of elevation in one record of a movement may differ from that in the
 # other. Repeats of two people differ by 0.19 or more (43 pairs, on the clock or stretched to one
 # length), simulated ones that last as long by 0.34 or more; records of one movement that turn each
-# segment by smooth errors of 1 deg, by 0.03 to 0.08. Skin of the upper arm and turned frames hardly change
-# it (Hamming et al. 2012, J Biomech 45: 1161-1168: elevation is off by up to 4 deg).
+# segment by smooth errors of 1 deg, by 0.03 to 0.08. Skin of the upper arm hardly changes it
+# (Hamming et al. 2012, J Biomech 45: 1161-1168: elevation is off by up to 4 deg).
 SAME_RISE = 0.15
 # A partner is at most so far from a trial, over the nearest other repeat of the task, for at least
 # so many trials.

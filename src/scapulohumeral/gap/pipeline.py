@@ -55,13 +55,13 @@ OF_SIMULATIONS = (
     "a cause, and no error of measurement is considered"
 )
 ONE_MOVEMENT = (
-    "test and reference trials are records of the same movements, by their times and by how the "
-    "arm rises: only what acts on the record is considered. Simulations that follow one arm look "
-    "the same: name them with --simulated"
+    "test and reference trials count as records of the same movements, whose times and speed of "
+    "elevation they share: only what acts on the record is considered. Simulations that follow one "
+    "arm look the same: name them with --simulated"
 )
 PERHAPS_ONE_MOVEMENT = (
-    "test and reference trials have the same times, and the arm rises alike in them: if two "
-    "systems recorded the same movements, say so with --one-movement"
+    "test and reference trials have the same times and speed of elevation: if two systems recorded "
+    "the same movements, say so with --one-movement"
 )
 
 

@@ -11,6 +11,7 @@ from scapulohumeral.model.rotations import (
     quaternion_conjugate,
     quaternion_multiply,
     rotation_vector_to_quaternion,
+    segment_orientations,
     trial_to_pose,
 )
 from simulated_persons.observation import CHANNELS, perfect_measurement, turned_frames
@@ -58,6 +59,6 @@ def _rolled(pose: np.ndarray) -> np.ndarray:
 
     With the long axis swung back the shortest way, what is left of the rotation is about it.
     """
-    humerus = quaternion_multiply(quaternion_multiply(pose[:, :4], pose[:, 4:8]), pose[:, 8:12])
+    humerus = segment_orientations(pose)["humerus"]
     since = quaternion_multiply(quaternion_conjugate(humerus[:1]), humerus)
     return np.unwrap(2.0 * np.arctan2(since[:, 2], since[:, 0]))

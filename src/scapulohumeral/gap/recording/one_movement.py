@@ -97,8 +97,8 @@ def _confirmed(pairs: Pairs, reference: Sequence[GapTrial]) -> bool:
     compared = 0
     for one, partner in pairs:
         others = [o for o in reference if o.task == one.task and o is not partner]
-        alike = [rise_apart([one], [o]) for o in others if _same_times(one, o)]
-        if any(rise_apart([one], [partner]) > NEARER * apart for apart in alike):
+        apart = [rise_apart([one], [o]) for o in others if _same_times(one, o)]
+        if rise_apart([one], [partner]) > NEARER * min(apart, default=np.inf):
             return False
         compared += bool(others)
     return compared >= CONFIRMED

@@ -251,8 +251,8 @@ def _residual(
     functions: np.ndarray,
 ) -> Residual:
     """Residual of differences (N, K) of tasks, each the mean of so many test trials."""
-    exact = records.of_one_movement
-    counts = [0 if exact else len(records.reference.get(task, ())) for task in tasks]
+    scattering = records.sides.get("reference", {})
+    counts = [len(scattering.get(task, ())) for task in tasks]
     weights = [1.0 / n + (1.0 / m if m else 0.0) for n, m in zip(trials, counts, strict=True)]
     own = [noise.covariances[task] for task in tasks]
     repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))

@@ -121,9 +121,10 @@ def _errors(
     of: Sequence[str], functions: np.ndarray, channels: Sequence[str], noise: NoisePrior
 ) -> np.ndarray:
     """Changes (K B, F each) by smooth errors of some channels, as large as repeats scatter."""
-    curves = np.zeros((len(of), SMOOTH, len(functions), len(channels)))
+    shapes = _shapes(len(functions)).T
+    curves = np.zeros((len(of), *shapes.shape, len(channels)))
     for i, name in enumerate(of):
-        curves[i, :, :, channels.index(name)] = deviation(noise, name) * _shapes(len(functions)).T
+        curves[i, :, :, channels.index(name)] = deviation(noise, name) * shapes
     return compress([curves.reshape(-1, *curves.shape[2:])], functions)
 
 

@@ -15,6 +15,7 @@ from scapulohumeral.gap.curve_files import (
     DirectionsRow,
     ErrorsRow,
     HypothesesRow,
+    LeftOutRow,
     RobustnessRow,
     table_of,
 )
@@ -23,6 +24,7 @@ from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
+from scapulohumeral.gap.explained import Explained
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.judgement import (
     NO_POSTURE_TOLD,
@@ -52,7 +54,6 @@ from scapulohumeral.gap.result import (
     NextTrial,
     Regions,
     Robustness,
-    Shrinkage,
     Status,
     describe_inputs,
 )
@@ -112,11 +113,10 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     causes = _causes(found)
     gap = _gap(found)
     regions, entering = _regions(found)
-    done = found.judged.explained
-    explained = None if done is None else done.shrinkage
+    done = judged.explained
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
-    warnings += _remarks(found, explained)
+    warnings += _remarks(found)
     splitting = {e.label: e.splitting for e in evidence.effects}
     halves = found.halves if found.present else []
     return Diagnosis(
@@ -131,7 +131,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         no_gap_p=p.no_gap,
         set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
         classes=candidates.effect_classes(found.judged.groups, p, splitting),
-        shrinkage=explained,
+        shrinkage=None if done is None else done.shrinkage,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,
         untestable=() if evidence.settings.of_simulations else untestable(evidence.effects),
@@ -141,7 +141,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
             "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
             **_tables_of_causes(evidence, found.judged),
-            **_only_with_a_gap(variants, [] if done is None else done.controls),
+            **_only_with_a_gap(variants, done),
         },
     )
 
@@ -247,17 +247,23 @@ def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
 
 
 def _only_with_a_gap(
-    variants: Sequence[RobustnessRow], without_cause: Sequence[ControlsRow]
+    variants: Sequence[RobustnessRow], done: Explained | None
 ) -> dict[str, pd.DataFrame]:
-    """Tables of what is computed only if there is a gap; those without rows are left out."""
+    """Tables of what is computed only if there is a gap.
+
+    Those without rows are left out, but for the tasks left out, of which there may be none.
+    """
+    if done is None:
+        return {}
     tables = {
         "robustness": table_of(RobustnessRow, variants),
-        "controls": table_of(ControlsRow, without_cause),
+        "controls": table_of(ControlsRow, done.controls),
     }
-    return {name: table for name, table in tables.items() if len(table)}
+    filled = {name: table for name, table in tables.items() if len(table)}
+    return {"left_out": table_of(LeftOutRow, done.left_out), **filled}
 
 
-def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
+def _remarks(found: Findings) -> list[str]:
     """What lowers the confidence in an answer, one sentence each."""
     remarks = []
     left = found.judged.left
@@ -276,12 +282,13 @@ def _remarks(found: Findings, cost: Shrinkage | None) -> list[str]:
         )
     if not found.records.reference:
         remarks.append("no reference trials: errors of the model itself lower all confidence")
-    if cost is not None:
-        remarks += _remarks_on_shrinkage(cost)
+    if found.judged.explained is not None:
+        remarks += _remarks_on_shrinkage(found.judged.explained)
     return remarks
 
 
-def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
+def _remarks_on_shrinkage(done: Explained) -> list[str]:
+    cost, of_tasks = done.shrinkage, done.of_tasks
     shares = (cost.in_sample, cost.held_out_trial, cost.new_task)
     remarks = []
     if any(share and share.ci95 is None for share in shares):
@@ -291,7 +298,7 @@ def _remarks_on_shrinkage(cost: Shrinkage) -> list[str]:
             "shrinkage: over all channels together the gap hardly exceeds the floor, so there is "
             "nothing to remove"
         )
-    elif cost.new_task is not None and cost.in_sample.value - cost.new_task.value > OVERFITTED:
+    elif of_tasks is not None and cost.in_sample.value - of_tasks > OVERFITTED:
         remarks.append(
             "shrinkage: much less is removed on a new task than on the tasks fitted to; the cause "
             "may be wrong or fitted to noise"

@@ -102,6 +102,17 @@ class FactorsRow(NamedTuple):
     factor: float
 
 
+class LeftOutRow(NamedTuple):
+    """Root mean square of a task before and after the cause as the other tasks have it.
+
+    Both in units of what two recordings of one person differ by without a cause.
+    """
+
+    task: str
+    before: float
+    after: float
+
+
 class ControlsRow(NamedTuple):
     """What disappears on held-out trials without a cause: black box, placebos."""
 
@@ -167,6 +178,7 @@ ROWS: dict[str, type[NamedTuple]] = {
     "isolability": IsolabilityRow,
     "amplitude": AmplitudeRow,
     "factors": FactorsRow,
+    "left_out": LeftOutRow,
     "controls": ControlsRow,
     "robustness": RobustnessRow,
     "errors": ErrorsRow,

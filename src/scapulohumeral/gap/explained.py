@@ -12,13 +12,13 @@ Letters: D coefficients, P parameters, T tasks, L test trials.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from scapulohumeral.gap.curve_files import ControlsRow
+from scapulohumeral.gap.curve_files import ControlsRow, LeftOutRow
 from scapulohumeral.gap.isolation.channel_gains import (
     channel_factors,
     expected_left,
@@ -54,20 +54,41 @@ PLACEBOS = 3
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """How far the gap shrinks by the best cause, and by controls without any."""
+    """How far the gap shrinks by the best cause, and by controls without any.
+
+    Attributes
+    ----------
+    shrinkage : by the cause, as answered
+    left_out : each task before and after the cause as the other tasks have it
+    controls : shares that disappear without a cause
+    """
 
     shrinkage: Shrinkage
+    left_out: list[LeftOutRow]
     controls: list[ControlsRow]
+
+    @property
+    def of_tasks(self) -> float | None:
+        """Share of the gap that the cause removed of the tasks left out; None without any."""
+        return removed_of_tasks([(row.before, row.after) for row in self.left_out])
+
+
+def removed_of_tasks(left_out: Sequence[tuple[float, float]]) -> float | None:
+    """Share of the reducible gap that was removed, as observed; None if there is nothing to reduce.
+
+    Parameters
+    ----------
+    left_out : root mean squares of each task before and after, in units of the floor
+    """
+    return _ratio(np.array(left_out)) if len(left_out) else None
 
 
 def explain(chosen: Fit, evidence: Evidence, seed: int) -> Explained:
     """How far the gap shrinks by a fit; `seed` is that of bootstraps and placebos."""
     error = evidence.settings.signature_error
     c, trials = evidence.residual, evidence.trials
-    return Explained(
-        shrinkage(_predictor(chosen, evidence), c, trials, seed),
-        controls(c, trials, evidence.unknown_inputs, error, seed),
-    )
+    removed, left_out = shrinkage(_predictor(chosen, evidence), c, trials, seed)
+    return Explained(removed, left_out, controls(c, trials, evidence.unknown_inputs, error, seed))
 
 
 class Predictor(NamedTuple):
@@ -105,10 +126,11 @@ def shrinkage(
     residual: Residual,
     trials: Sequence[TrialDifference],
     seed: int,
-) -> Shrinkage:
+) -> tuple[Shrinkage, list[LeftOutRow]]:
     """Shares of the reducible gap that an effect removes, from least to most demanding.
 
-    Intervals are those of the mean over trials or tasks; on a new task that of one more task.
+    Intervals are those of the mean over trials or tasks. On a new task, share and interval are
+    those that one more task is expected to show.
 
     Parameters
     ----------
@@ -116,6 +138,11 @@ def shrinkage(
     residual : mean differences of all tasks, if the movement was the same
     trials : differences of single test trials
     seed : of the bootstrap
+
+    Returns
+    -------
+    shrinkage : shares, and the same in units
+    left_out : each task before and after the effect as the other tasks have it
     """
     change = predictor.change
     fitted = change(residual)
@@ -132,6 +159,7 @@ def shrinkage(
     splits["held_out_trial"] = _held_out(change, residual, trials)
     counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
     shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
+    left_out = [LeftOutRow(part.tasks[0], *remaining(part, p)) for part, p in splits["new_task"]]
     if shares["new_task"] is not None:
         shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, seed)
     groups = [
@@ -140,9 +168,10 @@ def shrinkage(
         if shares[name] is not None
         for group in _groups(name, parts)
     ]
-    return Shrinkage(
+    removed = Shrinkage(
         shares["in_sample"], shares["held_out_trial"], shares["new_task"], tuple(groups)
     )
+    return removed, left_out
 
 
 def controls(
@@ -262,26 +291,29 @@ def _expected(
     left: Sequence[np.ndarray],
     seed: int,
 ) -> Share:
-    """The share with an interval in which that of one more task is expected, and itself.
+    """The share that one more task is expected to show, with an interval that holds the observed.
 
-    Few tasks say little of how different tasks can be; the errors that predictions are assumed to
-    have say more.
+    What the tasks left out show themselves says too much: where what is left of them happens to be
+    less than what two recordings are taken to differ by, all of the gap counts as removed. And few
+    tasks say little of how different tasks can be. The errors that predictions are assumed to have
+    say more of both.
 
     Parameters
     ----------
+    share : observed
     parts : each task with its predicted change (D,)
     left : covariance (D, D) of what is expected to remain of each
     """
     rng = np.random.default_rng(seed)
-    values = [share.value]
+    values = []
     for (part, predicted), covariance in zip(parts, left, strict=True):
         for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
             ratio = reducible_share(*remaining(part.of(predicted + rest), predicted))
             if ratio is not None:
                 values.append(ratio)
-    low, high = np.quantile(values, [0.025, 0.975])
+    low, median, high = np.quantile([*values, share.value], [0.025, 0.5, 0.975])
     ends = min(float(low), share.value), max(float(high), share.value)
-    return replace(share, ci95=ends)
+    return Share(float(median), ends, share.n_trials)
 
 
 def _ratio(pairs: np.ndarray) -> float | None:

@@ -248,12 +248,13 @@ def _unproven(label: str, explained: Explained | None, gain: float, agreement: f
     """
     if explained is None or label == MOVED:
         return ""
-    shares = explained.shrinkage
-    held_out = shares.new_task or shares.held_out_trial
-    if held_out is None and gain <= STRONG:
+    removed, where = explained.of_tasks, "task"
+    of_trials = explained.shrinkage.held_out_trial
+    if removed is None and of_trials is not None:
+        removed, where = of_trials.value, "trial"
+    if removed is None and gain <= STRONG:
         return NOTHING_HELD_OUT
-    if held_out is not None and held_out.value <= 0.0:
-        where = "task" if shares.new_task else "trial"
+    if removed is not None and removed <= 0.0:
         return (
             f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
         )

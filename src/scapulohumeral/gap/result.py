@@ -204,7 +204,10 @@ class GroupShrinkage:
 
 @dataclass(frozen=True)
 class Shrinkage:
-    """How far the gap shrinks with the effect added; `new_task` is None without a second task."""
+    """How far the gap shrinks with the effect added.
+
+    `new_task` is what one more task is expected to show; None without a second task.
+    """
 
     in_sample: Share | None
     held_out_trial: Share | None

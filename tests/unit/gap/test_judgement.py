@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import pytest
 from support.open_cases import START
 
+from scapulohumeral.gap.curve_files import LeftOutRow
+from scapulohumeral.gap.explained import Explained
 from scapulohumeral.gap.judgement import (
     BETTER_UNKNOWN,
     DISAGREEING,
@@ -75,10 +77,11 @@ def test_a_frame_is_named_with_posture_only_if_one_of_both_is_likely() -> None:
     assert not _is_either(unlikely, FRAME, compared)
 
 
-def removing(new_task: float | None, trial: float | None = None) -> SimpleNamespace:
+def removing(of_task: float | None, trial: float | None = None) -> Explained:
     """How far a cause shrinks the gap on what was left out of the fit."""
-    shares = (None if value is None else Share(value, None, 4) for value in (trial, new_task))
-    return SimpleNamespace(shrinkage=Shrinkage(None, *shares, ()))
+    of_trials = None if trial is None else Share(trial, None, 4)
+    left_out = [] if of_task is None else [LeftOutRow("lift", 2.0, 2.0 - of_task)]
+    return Explained(Shrinkage(None, of_trials, None, ()), left_out, [])
 
 
 def test_a_cause_is_proven_by_what_it_removes_of_the_gap_on_tasks_left_out() -> None:

@@ -18,10 +18,12 @@ from scapulohumeral.gap.answer import _remarks_on_shrinkage
 from scapulohumeral.gap.assembly import effects_of
 from scapulohumeral.gap.benchmark import hidden_task
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
+from scapulohumeral.gap.curve_files import LeftOutRow
 from scapulohumeral.gap.detection.size import NO_INTERVAL
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.library import NEEDING, library
+from scapulohumeral.gap.explained import Explained
 from scapulohumeral.gap.isolation import empirical_bayes, pairs, search
 from scapulohumeral.gap.isolation.laplace import fit
 from scapulohumeral.gap.labels import MOVED
@@ -410,6 +412,9 @@ def test_the_right_cause_removes_more_than_random_forces_do():
     new = answer.shrinkage.new_task
     assert new.ci95[0] <= new.value <= new.ci95[1]
     assert new.ci95[0] < new.ci95[1]
+    left_out = answer.curves["left_out"]
+    assert tuple(left_out.task) == TASKS
+    assert np.all(left_out.after < left_out.before)
     assert new.n_trials == answer.shrinkage.held_out_trial.n_trials == len(answer.inputs.test)
 
 
@@ -431,7 +436,8 @@ def test_random_forces_remove_little_where_no_factors_of_a_person_let_them():
 )
 def test_what_a_shrinkage_does_not_show_is_said(in_sample, new_task, words):
     shares = [None if v is None else Share(v, (0.0, 1.0), 6) for v in (in_sample, None, new_task)]
-    remarks = _remarks_on_shrinkage(Shrinkage(*shares, ()))
+    left_out = [] if new_task is None else [LeftOutRow("lift", 2.0, 2.0 - new_task)]
+    remarks = _remarks_on_shrinkage(Explained(Shrinkage(*shares, ()), left_out, []))
     assert len(remarks) == len(words)
     assert all(word in remark for word, remark in zip(words, remarks, strict=True))
 
@@ -461,7 +467,7 @@ def test_equal_trials_show_no_gap(by_evidence):
     done = diagnosed(by_evidence)
     assert not done.gap.present
     assert done.no_gap_p >= 0.5
-    assert "controls" not in done.curves
+    assert not {"controls", "left_out"} & set(done.curves)
     assert "no_gap" in done.set90
     assert done.shrinkage is None
     assert done.regions.shows == ()

@@ -12,6 +12,8 @@ import pandas as pd
 from scapulohumeral.configuration.real_cases import RealCases
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.metrics import probabilities
+from scapulohumeral.gap.curve_files import read_table
+from scapulohumeral.gap.explained import removed_of_tasks
 from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE, matches_any
 from scapulohumeral.gap.result import read_result
 
@@ -62,8 +64,9 @@ def case_table(
         case = cases.cases[name]
         source = cases.people[case.person].source
         about = {"case": name, "kind": case.kind, "known": case.known, "source": source}
-        row = {**about, **judged(read_result(result), case.truth), "seconds": _seconds(spent)}
-        rows.append(row)
+        answer = read_result(result)
+        row = {**about, **judged(answer, case.truth), "seconds": _seconds(spent)}
+        rows.append(row | {"held_out": held_out(answer, result.parent)})
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -79,8 +82,7 @@ def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
     -------
     dict     columns from `truth` to `said`. `first`, the most probable answer, may be "none" or
              "no_gap"; `in_pair90` says whether a right label is half of a pair in the set;
-             `truth_p` adds up the probabilities of right labels; `held_out` is the share of the
-             gap that the first cause removes on a task that was not fitted, else on trials
+             `truth_p` adds up the probabilities of right labels
     """
     right = truth or [NONE]
     row: dict[str, Any] = {
@@ -112,13 +114,27 @@ def judged(answer: Mapping[str, Any], truth: Sequence[str]) -> dict[str, Any]:
         "none_p": p[NONE],
         "no_gap_p": p[NO_GAP],
         "unexplained": unexplained.get(first),
-        "held_out": _held_out(answer["shrinkage"]),
     }
 
 
-def _held_out(shrinkage: Mapping[str, Any] | None) -> float | None:
-    shares = [(shrinkage or {}).get(key) for key in ("new_task", "held_out_trial")]
-    return next((share["value"] for share in shares if share), None)
+def held_out(answer: Mapping[str, Any], folder: Path) -> float | None:
+    """Share of the gap that the first cause removed on tasks that were not fitted, else on trials.
+
+    It is what these trials showed, not what one more task is expected to show.
+
+    Parameters
+    ----------
+    answer : ``result.json``
+    folder : where it is, with its tables
+    """
+    shares = answer["shrinkage"]
+    if shares is None:
+        return None
+    of_tasks = removed_of_tasks(read_table(folder, "left_out")[["before", "after"]].to_numpy())
+    of_trials = shares["held_out_trial"]
+    if of_tasks is None and of_trials is not None:
+        return of_trials["value"]
+    return of_tasks
 
 
 def _said(answer: Mapping[str, Any]) -> Iterator[str]:

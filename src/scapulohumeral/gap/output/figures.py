@@ -294,7 +294,7 @@ def shrinkage_figure(shrinkage: Shrinkage, controls: pd.DataFrame | None) -> Pic
     return drawing.finish(
         "shrinkage",
         "How far the gap shrinks with the effect added, as much of it as other trials of this "
-        "person show in each channel; coloured lines: 95 % interval, on a new "
-        "movement that in which one more is expected. "
+        "person show in each channel; coloured lines: 95 % interval. Share and interval of a "
+        "movement left out are those that one more is expected to show. "
         "A right cause keeps its shrinkage on a movement that was not used for fitting.",
     )

@@ -147,7 +147,7 @@ def how_far(diagnosis: Diagnosis) -> str:
     if shrinkage is None:
         return "not measured."
     hardest = (
-        (shrinkage.new_task, "on a movement not used for fitting"),
+        (shrinkage.new_task, "on one more movement, as those recorded let expect"),
         (shrinkage.held_out_trial, "on trials not used for fitting"),
         (shrinkage.in_sample, "on the trials fitted to; nothing was left to check it"),
     )

@@ -11,10 +11,11 @@ from synthetic_study import solution
 
 from scapulohumeral.configuration.check import REAL_CASES, read_real_cases, read_simulator
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.gap.benchmark.real_cases import COLUMNS, case_table, judged
+from scapulohumeral.gap.benchmark.real_cases import COLUMNS, case_table, held_out, judged
 from scapulohumeral.gap.benchmark.real_emg import read_emg
 from scapulohumeral.gap.benchmark.real_trials import RealTrials
 from scapulohumeral.gap.benchmark.simulated_motions import write_elevations
+from scapulohumeral.gap.curve_files import LeftOutRow, table_of, write_curves
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.labels import NO_GAP, matches
@@ -57,7 +58,7 @@ def test_right_answer() -> None:
     assert row["in_set90"]
     assert row["set_size"] == 2
     assert row["truth_p"] == pytest.approx(0.71)
-    assert (row["unexplained"], row["held_out"]) == (0.08, 0.86)
+    assert row["unexplained"] == 0.08
     assert "weak or other gain" in row["said"]
     assert "mvc_torque" in row["said"]
 
@@ -97,12 +98,18 @@ def test_what_made_simulations_is_an_input_of_their_diagnosis(tmp_path: Path) ->
         simulating_model(replace(simulator, model="nowhere.json"))
 
 
-def test_share_of_a_new_task_counts_before_that_of_held_out_trials() -> None:
-    shrinkage = finished_diagnosis().shrinkage
-    trial = shrinkage.held_out_trial
-    new = replace(shrinkage, new_task=replace(trial, value=-0.13, ci95=(-0.2, 0.0)))
-    assert judged(answer(shrinkage=new), [STRENGTH])["held_out"] == -0.13
-    assert judged(answer(shrinkage=None), [STRENGTH])["held_out"] is None
+def test_what_left_out_tasks_show_counts_before_what_held_out_trials_do(tmp_path: Path) -> None:
+    def tabled(*rows: LeftOutRow) -> Path:
+        write_curves({"left_out": table_of(LeftOutRow, rows)}, tmp_path)
+        return tmp_path
+
+    # Root mean squares over both tasks: sqrt(5) before and sqrt(4) after.
+    both = tabled(LeftOutRow("lift", 1.0, 2.0), LeftOutRow("reach", 3.0, 2.0))
+    assert held_out(answer(), both) == pytest.approx((5**0.5 - 2.0) / (5**0.5 - 1.0), abs=1e-5)
+    assert held_out(answer(), tabled()) == answer()["shrinkage"]["held_out_trial"]["value"]
+    assert held_out(answer(shrinkage=None), tmp_path / "nowhere") is None
+    with pytest.raises(DataError, match="Diagnose the case again"):
+        held_out(answer(), tmp_path / "nowhere")
 
 
 def test_failed_solve_has_a_row_without_verdict(tmp_path: Path) -> None:
@@ -112,6 +119,7 @@ def test_failed_solve_has_a_row_without_verdict(tmp_path: Path) -> None:
     }  # fmt: skip
     paths = [tmp_path / f"{name}.json" for name in ("right", "failed", "time")]
     paths[0].write_text(json.dumps(answer()), encoding="utf-8")
+    write_curves({"left_out": table_of(LeftOutRow, [LeftOutRow("lift", 3.0, 1.5)])}, tmp_path)
     paths[1].write_text(json.dumps(answer(**failed)), encoding="utf-8")
     paths[2].write_text('{"s": 12.5}\n', encoding="utf-8")
     table = case_table(CASES, ["load", "support"], paths[:2], [paths[2]] * 2)
@@ -119,6 +127,7 @@ def test_failed_solve_has_a_row_without_verdict(tmp_path: Path) -> None:
     assert list(table.present.isna()) == [False, True]
     assert list(table.status_reason) == ["", "SolveError: x"]
     assert list(table.seconds) == [12.5, 12.5]
+    assert table.held_out[0] == 0.75
     assert table.truth[0] == "body/hand_load"
     with pytest.raises(DataError, match="Run the diagnosis again"):
         case_table(CASES, ["load"], paths[:1], [tmp_path / "nowhere"])

@@ -20,6 +20,10 @@ environment := .venv/complete
 study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
 
+# Score cards are named by when their keys were sealed, so that one draw is kept once.
+sealed = json.load(open('$(1)'))['sealed']['date'].replace(':', '')
+keep_scores = cp $(1) reports/blind_scores/$$(python -c "import json; print($(sealed))").json
+
 .PHONY: help environment reproduce quick report gap real blind blind_small blind_opensim bench test lint unit format lock dag clean
 
 help: ## List the commands
@@ -49,15 +53,15 @@ real: $(environment) ## Diagnose cases of known cause: make real RECORDINGS=fold
 
 blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (one and a half to three hours)
 	$(study) results/gap/blind/scores.json
-	cp results/gap/blind/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
+	$(call keep_scores,results/gap/blind/scores.json)
 
 blind_small: $(environment) ## The same with 20 cases, for a first look (half an hour)
 	$(study) results/gap/blind_small/scores.json
-	cp results/gap/blind_small/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
+	$(call keep_scores,results/gap/blind_small/scores.json)
 
 blind_opensim: $(environment) ## The same with 12 persons simulated by OpenSim, a second plant (half an hour)
 	$(study) results/gap/blind_opensim/scores.json
-	cp results/gap/blind_opensim/scores.json reports/blind_scores/$$(date -u +%Y-%m-%dT%H%M%SZ).json
+	$(call keep_scores,results/gap/blind_opensim/scores.json)
 
 bench: $(environment) ## Measure the solver against CasADi, opty and Moco, one by one (an hour)
 	pytest -m slow --numprocesses $(CORES)

@@ -147,9 +147,12 @@ def files_below(folder: Path) -> list[Path]:
 def last_commit(path: Path) -> str:
     """Short hash and date of the commit that last changed a file, or why there is none."""
     command = ["git", "log", "-1", "--format=%h of %cs", "--", path.name]
-    found = subprocess.run(
-        command, cwd=path.resolve().parent, capture_output=True, text=True, check=False
-    )
+    try:
+        found = subprocess.run(
+            command, cwd=path.resolve().parent, capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError:
+        return "no commit: there is no git on this machine"
     return found.stdout.strip() or "no commit: these files are not under version control"
 
 

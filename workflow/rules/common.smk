@@ -185,6 +185,11 @@ def published_composite(participant):
     return str(STUDY.published_composite(participant))
 
 
+def published_motions(participant):
+    """Published motions of a participant, if there are any."""
+    return sorted(map(str, (PARTICIPANTS / participant / "published").glob("*.csv")))
+
+
 def variant_inputs(wildcards):
     """What a variant's prediction is made from, beside what it shares with the study."""
     condition, inputs = condition_of(wildcards), variant_files(wildcards)

@@ -10,6 +10,8 @@ from scapulohumeral.gap.settings import sections_read, with_settings
 GAP_SETTINGS = "config/gap/settings.yaml"
 # What the nominal model does in the study: scapula and clavicle follow from the humerus.
 VIEW = "prediction"
+# Weights of evidence, and how far simulated thresholds are raised.
+GAP_RECORDS = ["config/gap/calibration.json", "config/gap/null_bank.json"]
 
 
 rule write_gap_config:
@@ -34,6 +36,7 @@ rule diagnose_gap:
         recordings=elevations,
         tables=MODEL_TABLES,
         config=rules.write_gap_config.output.config,
+        records=GAP_RECORDS,
         code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
         opensim_code=code_of("scapulohumeral.gap.nominal.opensim_process"),
     output:

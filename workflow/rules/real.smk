@@ -130,6 +130,7 @@ rule diagnose_real_case:
         tables=MODEL_TABLES,
         settings=GAP_SETTINGS,
         config=rules.write_real_config.output.config,
+        records=GAP_RECORDS,
         code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
     output:
         result="results/gap/real/cases/{case}/result.json",

@@ -91,7 +91,8 @@ rule render_report:
         code=code_of("scapulohumeral.report.render"),
         templates=sorted(
             str(path)
-            for path in Path("src/scapulohumeral/report").iterdir()
+            for folder in ("report", "player")
+            for path in Path("src/scapulohumeral", folder).rglob("*")
             if path.suffix in (".j2", ".js", ".css")
         ),
     output:

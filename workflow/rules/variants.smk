@@ -22,6 +22,7 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
         recordings=recordings,
         model="results/variants/models/{model}/{participant}.json",
         osim="results/variants/models/{model}/{participant}.osim",
+        published=lambda wildcards: published_motions(wildcards.participant),
         code=rules.sample_muscle_geometry.input.code,
     output:
         samples="results/variants/geometry/{model}/{participant}/{formulation}_samples.npz",
@@ -133,6 +134,11 @@ rule compare_predictions:
             plane=config["planes"],
         ),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
+        published=[
+            file
+            for participant in config["participants"]
+            for file in published_motions(participant)
+        ],
         targets="config/targets.yaml",
         audit="results/prediction/geometry_audit.csv",
         code=code_of("scapulohumeral.report.prediction.against"),

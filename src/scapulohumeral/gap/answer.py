@@ -50,6 +50,7 @@ from scapulohumeral.gap.residual.unknown_input import unknown_input_left
 from scapulohumeral.gap.result import (
     Candidate,
     Diagnosis,
+    Feasibility,
     Gap,
     NextTrial,
     Regions,
@@ -190,14 +191,6 @@ def _gap(found: Findings) -> Gap:
     """Whether there is a gap, how large it is, and what would have been seen."""
     evidence, records, is_there = found.evidence, found.records, found.presence
     c = evidence.residual
-    emg = (
-        [
-            np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
-            for task in c.tasks
-        ]
-        if records.sensors.channels
-        else []
-    )
     return Gap(
         present=is_there.present,
         p_value=is_there.p_value,
@@ -205,8 +198,8 @@ def _gap(found: Findings) -> Gap:
         value=is_there.value,
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
-        size=gap_size(c, sides(c, records), found.case.seed),
-        no_cost=no_cost(evidence.signatures, emg, records.sensors),
+        size=gap_size(evidence.cautious, sides(c, records), found.case.seed),
+        no_cost=_no_cost(evidence, records),
         smallest_detectable=detectability.smallest_detectable(
             list(evidence.known.values())[-1],
             evidence.cautious,
@@ -215,6 +208,21 @@ def _gap(found: Findings) -> Gap:
             found.case.seed,
         ),
     )
+
+
+def _no_cost(evidence: Evidence, records: Records) -> Feasibility:
+    """Whether any activations could have done what was recorded.
+
+    Asked only where the record is compared with the model: beside reference trials, nominal
+    solutions are of their motion, and EMG of the test trials is of another.
+    """
+    if evidence.referenced or not records.sensors.channels:
+        return Feasibility(False, None)
+    emg = [
+        np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
+        for task in evidence.residual.tasks
+    ]
+    return no_cost(evidence.signatures, emg, records.sensors)
 
 
 def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFrame]:

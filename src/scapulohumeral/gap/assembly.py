@@ -58,6 +58,16 @@ def effects_of(
     return library(setup)
 
 
+def settings_of_signatures(settings: GapSettings, records: Records) -> GapSettings:
+    """Settings by which records are linearised.
+
+    Without reference trials, errors of electrodes and of the model's EMG levels are one unknown.
+    """
+    if records.reference:
+        return settings
+    return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))
+
+
 def bias_and_following(case: Case, records: Records) -> tuple[bool, bool]:
     """Last arguments of `task_signatures`.
 
@@ -82,11 +92,7 @@ def assemble(
     SolveError                       a nominal movement cannot be solved
     """
     effects = effects_of(case, records, model, settings)
-    local = settings
-    if not records.reference:
-        # Errors of electrodes and of the model's EMG levels are one unknown here.
-        session = replace(settings.session, emg_gain=settings.model.emg_gain)
-        local = replace(settings, session=session)
+    local = settings_of_signatures(settings, records)
     last = bias_and_following(case, records)
     jobs = [
         (task, mean_record, model, effects, records.sensors, local, *last)

@@ -34,7 +34,7 @@ from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
-from scapulohumeral.gap.recording.one_movement import aligned, perhaps
+from scapulohumeral.gap.recording.one_movement import perhaps
 from scapulohumeral.gap.residual.differences import Records, read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
@@ -79,9 +79,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     """
     warnings: list[str] = []
     weighing = settings.weighing
-    if not (settings.of_simulations or case.one_movement):
-        case = aligned(case)
-        warnings += [PERHAPS_ONE_MOVEMENT] if perhaps(case) else []
+    if not (settings.of_simulations or case.one_movement) and perhaps(case):
+        warnings.append(PERHAPS_ONE_MOVEMENT)
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
     bank, reason = None, NO_BANK_OF_PREDICTIONS
@@ -102,7 +101,10 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
     # A simulation does not go otherwise once.
     if is_there.present and not settings.of_simulations:
-        is_there = _without_one_trial(is_there, case, records, evidence, inflation, warnings)
+        by_noise = next(f.p_value for f in findings if f.statistic == is_there.statistic)
+        is_there = _without_one_trial(
+            is_there, by_noise, case, records, evidence, inflation, warnings
+        )
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)
     if is_there.present:
@@ -119,22 +121,27 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
 
 def _without_one_trial(
     found: Presence,
+    by_noise: float,
     case: Case,
     records: Records,
     evidence: Evidence,
     inflation: float,
     warnings: list[str],
 ) -> Presence:
-    """A finding that does not rest on one trial, or else none; `warnings` names the trial."""
+    """A finding that does not rest on one trial, or else none; `warnings` names the trial.
+
+    `by_noise` is the p value that the finding had before trials changed places.
+    """
     settings = evidence.settings
     difference = evidence.signatures, evidence.cautious, evidence.shapes()
     odd = rests_on_one(records, *difference, settings, inflation, case.seed)
     if odd is not None:
         warnings.append(in_words(odd, odd.trial.name(case)))
         return contradicted(found, odd, settings.alpha)
-    lone = alone(records)
+    # A task that could not be solved is not compared, either.
+    lone = alone(records.of_tasks(evidence.cautious.tasks))
     warnings += [alone_in_words(one, one.name(case)) for one in lone]
-    return as_sure_as_two(found, settings.alpha) if lone else found
+    return as_sure_as_two(found, by_noise, settings.alpha) if lone else found
 
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:

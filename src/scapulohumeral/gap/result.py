@@ -156,9 +156,10 @@ class Amplitude:
 class Candidate:
     """One possible cause.
 
-    `label` is ``side/family[/member]``, two effects joined by " + " in alphabetical order; `level`
-    says how deep it could be resolved ("side", "family", "member"); `class_id` is an id of
-    `Diagnosis.classes`, or None for a candidate of which no class was computed.
+    `label` is ``side/family[/member]``, two effects joined by " + " in alphabetical order, as
+    `parameters` are; `level` says how deep it could be resolved ("member", "family", or "side" at
+    best); `class_id` is an id of `Diagnosis.classes`, or None for a candidate of which no class was
+    computed.
     """
 
     label: str

@@ -24,15 +24,22 @@ from scapulohumeral.configuration.simulator import Simulator
 from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
-from scapulohumeral.gap.recording.fit_together import check_channels, check_tasks, not_compared
+from scapulohumeral.gap.recording.fit_together import (
+    check_channels,
+    check_repeats,
+    check_tasks,
+    check_units,
+    not_compared,
+    unlike_others,
+)
 from scapulohumeral.gap.recording.marks import unmeasured
-from scapulohumeral.gap.recording.one_movement import stated
+from scapulohumeral.gap.recording.one_movement import aligned, stated
 from scapulohumeral.gap.recording.participant_file import (
     check_groups,
     find_participant,
     read_participant_file,
 )
-from scapulohumeral.gap.recording.trials import read_trials, trial_files
+from scapulohumeral.gap.recording.trials import check_entries, read_trials, trial_files
 from scapulohumeral.gap.settings import (
     SETTINGS,
     VIEWS,
@@ -44,7 +51,7 @@ from scapulohumeral.gap.settings import (
     with_problem_of,
 )
 from scapulohumeral.instructions import kept_instruction_hash
-from scapulohumeral.laboratory.folders import unwritable
+from scapulohumeral.laboratory.folders import check_kept, unwritable
 from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
@@ -105,9 +112,10 @@ def run(request: Request) -> int:
 
     Raises
     ------
-    ConfigError                      nothing can be written into the folder for the answer
+    ConfigError                      nothing can be written into the folder for the answer, or it
+                                     holds files that no diagnosis wrote
     """
-    _prepare(request.out)
+    _prepare(request)
     with _logging(request.out / LOG):
         log.info("%s", request.command)
         try:
@@ -129,29 +137,34 @@ def run(request: Request) -> int:
 
 
 def read_case(request: Request, config: Config) -> Case:
-    """Read and check all files of a case.
+    """Read and check all files of a case; records of one movement are put side by side.
 
     Raises
     ------
     ConfigError, DataError           names file, row, column, what was expected, and the remedy
     """
-    path = request.participant or find_participant(request.tests)
+    path = request.participant or find_participant(request.tests, request.references)
     file = read_participant_file(path, config["model"]["masses"])
     check_groups(file.participant, MODEL_TABLES)
     notes: list[str] = []
     sides: list[list[GapTrial]] = []
     for files in (request.tests, request.references):
         paths, skipped = trial_files(files)
+        check_entries(file.path, file.trials, paths)
         trials, ignored = read_trials(paths, file.trials)
         sides.append(trials)
         notes += [*skipped, *ignored]
     test, reference = sides
     case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
     check_tasks(case)
+    check_repeats(case)
+    check_units(case)
     check_channels(case)
     for note in case.notes:
         log.info("%s", note)
-    return stated(case) if request.one_movement else case
+    if request.one_movement:
+        return stated(case)
+    return case if request.simulated else aligned(case)
 
 
 def settings_hash(config: Config, settings: GapSettings) -> str:
@@ -242,7 +255,12 @@ def _completed(
         diagnosis,
         mode=case.mode,
         inputs=describe_inputs(case),
-        warnings=(*diagnosis.warnings, *not_compared(case), *unmeasured(case.trials)),
+        warnings=(
+            *diagnosis.warnings,
+            *not_compared(case),
+            *unlike_others(case),
+            *unmeasured(case.trials),
+        ),
         hashes=hashes,
     )
 
@@ -280,12 +298,24 @@ def _check_options(request: Request) -> None:
         raise ConfigError(f"--cache: {blocked} is a file; expected a folder. Name another one.")
 
 
-def _prepare(out: Path) -> None:
-    """Make the folder for the answer, without that of an earlier run, which is not this one's."""
+def _prepare(request: Request) -> None:
+    """Make the folder for the answer, without that of an earlier run, which is not this one's.
+
+    Only what a diagnosis wrote is removed: its log lies beside it.
+    """
+    out = request.out
+    files = (out / RESULT, out / REPORT, *(out / CURVES).glob("*.csv"))
+    earlier = [path for path in files if path.exists()]
+    check_kept((*request.tests, *request.references), earlier)
+    if earlier and not (out / LOG).is_file():
+        raise ConfigError(
+            f"--out {out}: holds {earlier[0].relative_to(out)} and no {LOG}, so it is not the "
+            "folder of an earlier answer. Name another one."
+        )
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for path in (out / RESULT, out / REPORT, *(out / CURVES).glob("*.csv")):
-            path.unlink(missing_ok=True)
+        for path in earlier:
+            path.unlink()
         (out / LOG).open("a").close()
     except OSError as error:
         raise unwritable(out, error) from error

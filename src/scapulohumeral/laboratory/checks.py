@@ -210,6 +210,14 @@ def check_motion(converted: Converted, tables: ModelTables, limits: Limits) -> l
     return found + _out_of_range(converted, tables)
 
 
+def check_coordinates(missing: Sequence[str]) -> list[Finding]:
+    """A note of coordinates of an OpenSim model that a motion does not hold."""
+    if not missing:
+        return []
+    text = f"the motion has no {', '.join(missing)}; the model's default was taken"
+    return [Finding("coordinates_missing", NOTE, text)]
+
+
 def turning_speed(rotation: Array, rate_hz: float) -> Array:
     """Angle between neighbouring frames times the rate, (T - 1,) [deg/s], of (T, 3, 3)."""
     step = np.einsum("tji,tji->t", rotation[1:], rotation[:-1])

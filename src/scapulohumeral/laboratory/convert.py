@@ -189,6 +189,7 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
     findings = [
         *check_points(landmarks.points, landmarks.up, raw, settings.limits),
         *check_motion(raw, settings.tables, settings.limits),
+        *check_coordinates(landmarks.missing),
     ]
     lengths = segment_lengths(landmarks.points)
     inside = {
@@ -229,6 +230,12 @@ def _marker_source(landmarks: Landmarks, calibration: Calibration) -> Source:
         },
         gaps=landmarks.gaps,
     )
+
+
+def written_files(folder: Path, recordings: Sequence[Path]) -> list[Path]:
+    """Tables and records that a conversion may write into a folder, or remove from it."""
+    tables = [folder / f"{recording.stem}.csv" for recording in recordings]
+    return [*tables, *map(record_path, tables)]
 
 
 def write_outcomes(

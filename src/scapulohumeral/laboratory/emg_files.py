@@ -139,7 +139,7 @@ def read_emg_map(path: Path) -> EmgMap:
 
 
 def check_muscles(emg_map: EmgMap, groups: Sequence[str]) -> None:
-    """Refuse muscle groups that the model does not have.
+    """Refuse muscle groups that the model does not simulate.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def check_muscles(emg_map: EmgMap, groups: Sequence[str]) -> None:
         if unknown:
             raise ConfigError(
                 f"{emg_map.path}, channels.{channel}.muscles: {', '.join(unknown)}; expected "
-                f"muscle groups of the model: {', '.join(sorted(set(groups)))}."
+                f"muscle groups that the model simulates: {', '.join(sorted(set(groups)))}."
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from scapulohumeral.errors import ConfigError
@@ -18,6 +19,22 @@ def make_folder(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise unwritable(out, error) from error
+
+
+def check_kept(read: Iterable[Path], written: Iterable[Path]) -> None:
+    """Refuse to write over what is read.
+
+    Raises
+    ------
+    ConfigError                      names the file that would be lost
+    """
+    lost = {path.resolve() for path in written}
+    for path in read:
+        if path.resolve() in lost:
+            raise ConfigError(
+                f"{path}: is read, and the result would replace it; expected another folder as "
+                "--out. Name one that holds no recordings."
+            )
 
 
 def unwritable(out: Path, error: OSError) -> ConfigError:

@@ -68,7 +68,7 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
 
     Parameters
     ----------
-    pattern : regular expression with the groups `task` and `repeat`, searched in each name
+    pattern : regular expression of whole names, with the groups `task` and `repeat`
     stems : names of trials
 
     Raises
@@ -82,12 +82,14 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
     if {"task", "repeat"} - set(compiled.groupindex):
         raise ConfigError(
             f"--tasks '{pattern}': expected groups (?P<task>...) and (?P<repeat>...), as in "
-            r"'(?P<task>[a-z]+)_.*_(?P<repeat>\d+)$'."
+            r"'(?P<task>.+)_(before|after)_(?P<repeat>\d+)'."
         )
-    found = {stem: compiled.search(stem) for stem in stems}
+    found = {stem: compiled.fullmatch(stem) for stem in stems}
     named = {stem: match for stem, match in found.items() if match}
     if not named:
-        raise ConfigError(f"--tasks '{pattern}': fits none of {', '.join(stems)}. Correct it.")
+        raise ConfigError(
+            f"--tasks '{pattern}': fits none of {', '.join(stems)} as a whole. Correct it."
+        )
     return {
         stem: {"task": match["task"], "repeat": int(match["repeat"])}
         for stem, match in named.items()

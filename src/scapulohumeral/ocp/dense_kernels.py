@@ -36,7 +36,11 @@ def use_fast_kernels() -> bool:
         missing = f"no {NAME} beside scipy" if library is None else "no compiler"
         print(f"Factorisations take the BLAS of casadi, a third slower: {missing}.", flush=True)
         return False
-    ctypes.CDLL(str(_compiled(compiler, library)), mode=ctypes.RTLD_GLOBAL)
+    try:
+        ctypes.CDLL(str(_compiled(compiler, library)), mode=ctypes.RTLD_GLOBAL)
+    except (OSError, subprocess.CalledProcessError) as error:
+        print(f"Factorisations take the BLAS of casadi, a third slower: {error}.", flush=True)
+        return False
     return True
 
 

@@ -137,10 +137,12 @@ def _own_rows(own: Record) -> tuple[list[tuple[str, ...]], set[int]]:
     seconds, other = (own[f"{n}_processor_seconds"] for n in ("tracking", "limited_memory"))
     reached = own["limited_memory_seconds"] is not None
     first, second = (str(own[f"{n}_iterations"]) for n in ("tracking", "limited_memory"))
+    if reached:
+        other = own["limited_memory_seconds"]
     limited = (
         f"{other:.1f}",
         second,
-        "same objective within 1e-4" if reached else "objective not reached",
+        "same objective within 1e-4 after this time" if reached else "objective not reached",
         f"{'' if reached else '> '}{other / seconds:.1f}",
     )
     rows: list[tuple[str, ...]] = [

@@ -253,9 +253,9 @@ KINDS = (
     Bad("too few frames", table(lambda t: t.iloc[::20]), f"{TEST}: 8 rows", "Record longer"),
     Bad("too short", table(lambda t: t.assign(time=t.time / 30.0)), TEST, "Record at a higher"),
     # Angles and movement.
-    Bad("radians in .csv", table(in_radians), "columns SC_y to EL_x", "Multiply by 180/pi"),
+    Bad("radians in .csv", table(in_radians), "columns AC_y, AC_z, AC_x", "Multiply by 180/pi"),
     Bad("radians called degrees in .mot", as_mot("yes", in_radians),
-        "columns SC_y to EL_x", "inDegrees=no"),
+        "columns AC_y, AC_z, AC_x", "inDegrees=no"),
     Bad("degrees called radians in .mot", as_mot("no"), "column SC_y", "inDegrees=yes"),
     Bad(".mot without unit", as_mot("perhaps"), "lift_r1.mot, header", "Add the line"),
     Bad(".mot without header", every(text(CSV, "a.mot"), trials("a.mot")), "endheader", "Export"),

@@ -33,7 +33,8 @@ def case_folder(tmp_path):
     folder.mkdir()
     write_participant(folder)
     for name, peak in (("lift_r1", 60.0), ("lift_r2", 62.0), ("lift_r3", 58.0)):
-        table = elevation(peak_deg=peak).assign(EMG_infra=0.01 * peak)
+        table = elevation(peak_deg=peak)
+        table["EMG_infra"] = 0.01 * peak + 0.001 * table["time"]
         write_csv(table, folder / f"{name}.csv")
     return folder
 

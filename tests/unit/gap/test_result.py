@@ -142,6 +142,10 @@ def test_verdicts_without_a_cause():
     no_gap = replace(done, gap=replace(done.gap, present=False))
     assert list(verdict(no_gap)) == ["Gap"]
     assert "none of the known effects" in verdict(replace(done, none_p=0.8))["Cause"]
+    unnamed = verdict(replace(done, none_p=0.8))
+    assert f"once {STRENGTH}, not named as the cause, is added" in unnamed["Left"]
+    assert unnamed["How far"].startswith(f"{STRENGTH}, not named as the cause, would remove")
+    assert "as probable as no gap at all (p 0.9)" in verdict(replace(done, no_gap_p=0.9))["Cause"]
     abstained = replace(done, status="abstained", status_reason="refits change branch")
     assert "refits change branch" in verdict(abstained)["Cause"]
     assert "no convergence" in verdict(failed())["Gap"]

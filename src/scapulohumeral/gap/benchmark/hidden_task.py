@@ -17,7 +17,11 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import SolveError
-from scapulohumeral.gap.assembly import bias_and_following, effects_of
+from scapulohumeral.gap.assembly import (
+    bias_and_following,
+    effects_of,
+    settings_of_signatures,
+)
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.curve_files import read_table
@@ -91,12 +95,9 @@ def hidden_shrinkage(
 
 
 def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:
-    """The effects of a candidate in the order of its parameters; a pair's label is sorted."""
-    labels, names = candidate["label"].split(JOIN), [p["name"] for p in candidate["parameters"]]
-    chosen = [effect for effect in effects if effect.label in labels]
-    if [p.name for effect in chosen for p in effect.params] != names:
-        chosen.reverse()
-    return chosen
+    """The effects of a candidate in the order of its label, as its parameters are."""
+    known = {effect.label: effect for effect in effects}
+    return [known[label] for label in candidate["label"].split(JOIN)]
 
 
 def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
@@ -134,10 +135,8 @@ def _compared(
     effects = _ordered(effects_of(case, records, model, settings), candidate)
     unseen = read_records(hidden, model, settings, [])
     [mean_record], [[test]] = unseen.mean_records.values(), unseen.test.values()
-    last = bias_and_following(case, records)
-    of_task = task_signatures(
-        "hidden", mean_record, model, effects, records.sensors, settings, *last
-    )
+    last, local = bias_and_following(case, records), settings_of_signatures(settings, records)
+    of_task = task_signatures("hidden", mean_record, model, effects, records.sensors, local, *last)
     spread, base = None, mean_record
     if not records.reference:
         of_task, base = of_task.of_residual(), of_task.nominal

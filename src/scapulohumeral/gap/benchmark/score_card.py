@@ -65,6 +65,8 @@ REGISTERED = {
     "moved": "where the test movement was done otherwise by as much as an effect has to show, "
     "control/movement_strategy is a right answer too, beside the injected effect; where nothing "
     "else shows it is the right one, and the case counts as moved, not as a single",
+    "claims_gap": "false alarms, detection and abstention of hidden cases count every answer that "
+    "finds a gap, be a cause named or not",
     "family_top1": "family with the largest summed probability, among none and no_gap",
     "effect_top1": "the same, but only the injected effect is right",
     "class_top1": "the most probable class, or candidate without one, holds the right family",

@@ -184,8 +184,9 @@ class ScoredCase:
 
     @property
     def claims_gap(self) -> bool:
-        """Whether the answer says that there is a gap."""
-        return self.verdict is not None and bool(self.verdict["gap"]["present"])
+        """Whether the answer says that there is a gap, be its cause named or not."""
+        answer = self.verdict_or_abstained
+        return answer is not None and bool(answer["gap"]["present"])
 
 
 def rank_of_right(case: ScoredCase) -> int:

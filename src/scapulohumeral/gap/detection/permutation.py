@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations, product
-from math import comb, prod
+from itertools import combinations, islice, product
+from math import prod
 
 import numpy as np
 
@@ -126,31 +126,39 @@ def _arranged(
 
     With a `change` (D,) they are those of trials of which the test ones have it, and nothing else.
     """
-    parts, picks = [], []
+    parts, counts = [], []
     for task in residual.tasks:
         trials = [*records.test[task], *records.reference[task]]
         tests = len(records.test[task])
-        picks.append((len(trials), tests))
+        signs = _signs(len(trials), tests, seed)
+        counts.append(len(signs))
         if change is None:
             coefficients = residual.compress([records.about_mean(task, trials)])
         else:
             coefficients = np.outer(change[residual.rows([task])], np.arange(len(trials)) < tests)
-        parts.append(coefficients @ _signs(*picks[-1]).T)
-    which = np.array(_arrangements(picks, seed)).T
+        parts.append(coefficients @ signs.T)
+    which = np.array(_arrangements(counts, seed)).T
     return np.vstack([own[:, chosen] for own, chosen in zip(parts, which, strict=True)])
 
 
-def _signs(trials: int, tests: int) -> np.ndarray:
-    """Weights (C, L) of the trials in a mean difference, for each choice of the test trials."""
-    rows = np.full((comb(trials, tests), trials), -1.0 / (trials - tests))
-    for row, chosen in zip(rows, combinations(range(trials), tests), strict=True):
+def _signs(trials: int, tests: int, seed: int) -> np.ndarray:
+    """Weights (C, L) of the trials in a mean difference, for choices of the test trials.
+
+    All choices, or a sample of them; the recorded one is the first.
+    """
+    choices = list(islice(combinations(range(trials), tests), ARRANGEMENTS + 1))
+    if len(choices) > ARRANGEMENTS:
+        rng = np.random.default_rng(seed)
+        drawn = rng.permuted(np.tile(np.arange(trials), (ARRANGEMENTS - 1, 1)), axis=1)
+        choices = [choices[0], *map(tuple, drawn[:, :tests])]
+    rows = np.full((len(choices), trials), -1.0 / (trials - tests))
+    for row, chosen in zip(rows, choices, strict=True):
         row[list(chosen)] = 1.0 / tests
     return rows
 
 
-def _arrangements(picks: Sequence[tuple[int, int]], seed: int) -> list[tuple[int, ...]]:
-    """Choices of each task's test trials, all or a sample; the recorded one is the first."""
-    counts = [comb(*pick) for pick in picks]
+def _arrangements(counts: Sequence[int], seed: int) -> list[tuple[int, ...]]:
+    """One of so many choices for each task, all or a sample; the recorded one is the first."""
     if prod(counts) <= ARRANGEMENTS:
         return list(product(*(range(count) for count in counts)))
     rng = np.random.default_rng(seed)

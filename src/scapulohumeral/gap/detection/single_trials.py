@@ -104,17 +104,24 @@ def contradicted(found: Presence, odd: Odd, alpha: float) -> Presence:
     )
 
 
-def as_sure_as_two(found: Presence, alpha: float) -> Presence:
+def as_sure_as_two(found: Presence, by_noise: float, alpha: float) -> Presence:
     """A finding of a trial that cannot be left out, see :func:`alone`; its value is a z value.
 
     Two that each have a p value of `alpha` are by chance as rare as its square: so rare has one to
     be alone. Its p value is told as that of each of two.
+
+    Parameters
+    ----------
+    found : the finding, which stood up to other arrangements of the trials
+    by_noise : its p value by thresholds simulated from the noise: so few arrangements tell no more
+        than that they do not contradict it
+    alpha : false alarms allowed
     """
-    p_value = float(np.sqrt(found.p_value))
+    p_value = float(np.sqrt(by_noise))
     return replace(
         found,
         present=p_value <= alpha,
-        p_value=p_value,
+        p_value=max(p_value, found.p_value),
         statistic=ALONE,
         value=float(z_value(p_value)),
         threshold=float(z_value(alpha)),

@@ -27,13 +27,17 @@ Side = Mapping[str, np.ndarray]
 
 
 def sides(residual: Residual, records: Records) -> list[Side]:
-    """Trials behind a comparison, about anything: only how they differ among each other counts."""
+    """Trials behind a comparison, about anything: only how they differ among each other counts.
+
+    Those of the reference have the other sign, as their mean has in the difference.
+    """
+    signs = {"test": 1.0, "reference": -1.0}
     return [
         {
-            task: residual.compress([records.about_mean(task, side[task])]).T
+            task: signs[name] * residual.compress([records.about_mean(task, side[task])]).T
             for task in residual.tasks
         }
-        for side in records.sides.values()
+        for name, side in records.sides.items()
         if side
     ]
 

@@ -31,7 +31,7 @@ class Emd(Effect):
     """All envelopes earlier by a delay, in seconds and not in phase."""
 
     def observe(self, observed: Observation, values: Array) -> Observation:
-        """Shift the envelopes, which keep their last value after the end."""
+        """Shift the envelopes, which go on along their last slope after the end."""
         if observed.emg is None:
             return observed
         time = np.linspace(0.0, observed.duration_s, len(observed.emg))

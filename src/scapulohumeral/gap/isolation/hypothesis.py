@@ -166,11 +166,11 @@ class Fit:
 
 
 def pair(first: Fit, second: Fit) -> Hypothesis:
-    """Both effects on the same person at once, their changes added.
+    """Both effects on the same person at once, their changes added, in the order of the label.
 
     The stiffness is that against the one which acts on the body.
     """
-    one, two = first.hypothesis, second.hypothesis
+    one, two = (f.hypothesis for f in sorted((first, second), key=lambda f: f.label))
     return Hypothesis(
         effects=(*one.effects, *two.effects),
         at=np.concatenate([one.at, two.at]),

@@ -100,9 +100,12 @@ def cause(diagnosis: Diagnosis) -> str:
     """The most probable cause with its amplitude, and what it cannot be told from."""
     if diagnosis.status == "abstained":
         return f"not decided: {diagnosis.status_reason}"
-    best = diagnosis.candidates[0] if diagnosis.candidates else None
-    if best is None or (diagnosis.none_p or 0.0) > best.p:
-        return f"none of the known effects (p {number(diagnosis.none_p)})."
+    if not named(diagnosis):
+        none, no_gap = diagnosis.none_p or 0.0, diagnosis.no_gap_p or 0.0
+        if no_gap > none:
+            return f"none is as probable as no gap at all (p {number(no_gap)})."
+        return f"none of the known effects (p {number(none)})."
+    best = diagnosis.candidates[0]
     text = f"{described(best)}, p {number(best.p)}."
     if best.label == MOVED:
         text = f"the movement was done differently ({text[:-1]})."
@@ -113,10 +116,20 @@ def cause(diagnosis: Diagnosis) -> str:
     return text
 
 
+def named(diagnosis: Diagnosis) -> bool:
+    """Whether the first candidate is named as the cause."""
+    if diagnosis.status != "ok" or not diagnosis.candidates:
+        return False
+    return diagnosis.candidates[0].p >= max(diagnosis.none_p or 0.0, diagnosis.no_gap_p or 0.0)
+
+
 def left(diagnosis: Diagnosis) -> str:
     """What the most probable cause leaves."""
     remark = said_to_be_left(diagnosis.warnings)
-    return f"{remark or 'nothing that shows, once the most probable cause is added'}."
+    what = "the most probable cause"
+    if not named(diagnosis) and diagnosis.candidates:
+        what = f"{diagnosis.candidates[0].label}, not named as the cause,"
+    return f"{remark or f'nothing that shows, once {what} is added'}."
 
 
 def described(candidate: Candidate) -> str:
@@ -155,7 +168,7 @@ def how_far(diagnosis: Diagnosis) -> str:
         if share is not None:
             ends = interval(tuple(100.0 * end for end in share.ci95) if share.ci95 else None)
             it = "adding it removes"
-            if diagnosis.status == "abstained":
+            if not named(diagnosis):
                 it = f"{diagnosis.candidates[0].label}, not named as the cause, would remove"
             return (
                 f"{it} {percent(share.value)} {ends} of the reducible gap {words} "

@@ -65,7 +65,7 @@ class GapTrial:
     Attributes
     ----------
     name : stem of the file; not to be used for anything but text
-    task, repeat : which movement, and which repeat of it
+    task, repeat : which movement, and which repeat of it; None if nothing says it
     time_s, angles_rad : (T,) and (T, 10), in the order of ``rotations.ANGLE_NAMES``
     smooth : the same, low-pass filtered at its own times
     emg, contact : companions, None if not measured
@@ -76,7 +76,7 @@ class GapTrial:
 
     name: str
     task: str
-    repeat: int
+    repeat: int | None
     time_s: Array
     angles_rad: Array
     smooth: Motion

@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
+import numpy as np
+
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.recording.case import Case, GapTrial
+from scapulohumeral.model.rotations import ANGLE_NAMES
+
+# Degrees over radians is 57; no joint is held so differently in the same tasks.
+OTHER_UNIT = 20.0
+# Trials of a task that last this many times as long as another are hardly of the same movement.
+OTHER_LENGTH = 3.0
+# Peaks of all channels that differ so much are hardly shares of the same maxima.
+OTHER_MAXIMUM = 8.0
 
 
 def check_tasks(case: Case) -> None:
-    """Refuse reference trials none of which is of a task of the test trials.
+    """Refuse reference trials none of which is of a task of the test trials, and misspelt tasks.
 
     Raises
     ------
-    DataError                        names the tasks on both sides
+    DataError                        names the tasks on both sides, or those that differ by letters
     """
+    written: dict[str, str] = {}
+    for task in dict.fromkeys(trial.task for trial in case.trials):
+        other = written.setdefault(task.casefold(), task)
+        if other != task:
+            raise DataError(
+                f"tasks '{other}' and '{task}' differ by capital letters alone; expected one name "
+                "for trials of one task. Rename files, or tasks in the participant file."
+            )
     references = dict.fromkeys(trial.task for trial in case.reference)
     if references and not references.keys() & set(case.tasks):
         raise DataError(
@@ -20,6 +40,95 @@ def check_tasks(case: Case) -> None:
             f"{', '.join(references)}; expected at least one on both sides. Rename files to "
             "TASK_rN, give trials.<stem>.task in the participant file, or leave out --reference."
         )
+
+
+def check_repeats(case: Case) -> None:
+    """Refuse two trials of a side that are said to be the same repeat of a task.
+
+    Raises
+    ------
+    DataError                        names both files
+    """
+    for side in (case.test, case.reference):
+        known: dict[tuple[str, int], GapTrial] = {}
+        for trial in side:
+            if trial.repeat is None:
+                continue
+            other = known.setdefault((trial.task, trial.repeat), trial)
+            if other is not trial:
+                raise DataError(
+                    f"{trial.source}: repeat {trial.repeat} of task '{trial.task}', as is "
+                    f"{other.source}; expected each once. Rename files to TASK_rN, or correct "
+                    "trials.<stem> in the participant file: other movements are other tasks."
+                )
+
+
+def check_units(case: Case) -> None:
+    """Refuse joints whose angles are in radians on one side and in degrees on the other.
+
+    Raises
+    ------
+    DataError                        names files and columns
+    """
+    common = {trial.task for trial in case.reference} & set(case.tasks)
+    sides = [[t for t in side if t.task in common] for side in (case.test, case.reference)]
+    if not common:
+        return
+    for joint in ("SC", "GH", "EL"):
+        columns = [i for i, name in enumerate(ANGLE_NAMES) if name.startswith(f"{joint}_")]
+        largest = [max(np.abs(t.angles_rad[:, columns]).max() for t in side) for side in sides]
+        small, large = (int(f(largest)) for f in (np.argmin, np.argmax))
+        if largest[small] <= np.deg2rad(2.0 * np.pi) and (
+            largest[large] > OTHER_UNIT * largest[small]
+        ):
+            raise DataError(
+                f"{sides[small][0].source}, columns {joint}_*: all angles are within "
+                f"+-{np.rad2deg(largest[small]):.2f} deg, in {sides[large][0].source} up to "
+                f"{np.rad2deg(largest[large]):.0f} deg, so these are radians; expected degrees in "
+                "all columns. Multiply by 180/pi."
+            )
+
+
+def unlike_others(case: Case) -> list[str]:
+    """What looks unlike the other trials, but may be so; a sentence each.
+
+    A fragment of a movement is laid on the same phase as whole ones.
+    """
+    notes = []
+    for task in case.tasks:
+        trials = [trial for trial in case.trials if trial.task == task]
+        lengths = np.array([t.window_s[1] - t.window_s[0] for t in trials])
+        usual = float(np.median(lengths))
+        for trial, length in zip(trials, lengths, strict=True):
+            if not usual / OTHER_LENGTH <= length <= usual * OTHER_LENGTH:
+                notes.append(
+                    f"{trial.name}: the movement lasts {length:.2f} s, those of task {task} "
+                    f"{usual:.2f} s in the median; look whether it is whole (window_s)"
+                )
+    for trial in case.trials:
+        series = trial.emg
+        if series is not None and (still := np.ptp(series.values, axis=0) == 0.0).any():
+            names = ", ".join(np.array(series.channels)[still])
+            notes.append(f"{trial.name}: {names} never changes; look whether the electrode was on")
+    peaks = [
+        {name: max(float(t.emg.values[:, t.emg.channels.index(name)].max()) for t in side)
+         for name in set.intersection(*(set(t.emg.channels) for t in side))}
+        for side in _with_emg(case)
+    ]  # fmt: skip
+    if len(peaks) == 2 and (common := sorted(peaks[0].keys() & peaks[1].keys())):
+        ratios = np.array([peaks[0][name] / peaks[1][name] for name in common])
+        if ratios.min() > OTHER_MAXIMUM or ratios.max() < 1.0 / OTHER_MAXIMUM:
+            notes.append(
+                f"EMG of all channels is {np.median(ratios):.2g} times as high in the tests as in "
+                "the references: other units, or other maxima"
+            )
+    return notes
+
+
+def _with_emg(case: Case) -> list[list[GapTrial]]:
+    """Trials with EMG, by side; sides without any are left out."""
+    sides = ([t for t in side if t.emg is not None] for side in (case.test, case.reference))
+    return [side for side in sides if side]
 
 
 def check_channels(case: Case) -> None:
@@ -50,6 +159,21 @@ def not_compared(case: Case) -> list[str]:
             f"EMG of {sum(map(bool, emg))} trials is not compared: the participant file has no "
             "emg.channels, which say what muscles lie under each electrode"
         )
+    absent = [name for name in known if not any(name in channels for channels in emg)]
+    if absent:
+        notes.append(
+            f"EMG channels {', '.join(absent)} of the participant file are in no trial, nor in its "
+            "companion STEM_emg.csv"
+        )
+    further = Counter(name for channels in emg for name in channels if name not in known)
+    if known and further:
+        notes.append(
+            f"EMG of {', '.join(sorted(further))} is not compared: not in emg.channels of the "
+            "participant file"
+        )
+    unused = dict.fromkeys(t.task for t in case.reference if t.task not in case.tasks)
+    if unused:
+        notes.append(f"reference trials of task {', '.join(unused)} are not used: no test trial")
     for what, has in recorded.items():
         lacking = [trial.name for trial, there in zip(trials, has, strict=True) if not there]
         if any(has) and lacking:

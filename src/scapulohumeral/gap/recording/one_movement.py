@@ -100,7 +100,7 @@ def _confirmed(pairs: Pairs, reference: Sequence[GapTrial]) -> bool:
         apart = [rise_apart([one], [o]) for o in others if _same_times(one, o)]
         if rise_apart([one], [partner]) > NEARER * min(apart, default=np.inf):
             return False
-        compared += bool(others)
+        compared += bool(apart)
     return compared >= CONFIRMED
 
 

@@ -40,12 +40,13 @@ class ParticipantFile:
     path: Path
 
 
-def find_participant(tests: Sequence[Path]) -> Path:
+def find_participant(tests: Sequence[Path], references: Sequence[Path] = ()) -> Path:
     """``participant.yaml`` beside the test files, else one folder above.
 
     Raises
     ------
-    ConfigError                      there is none, or test files have different ones
+    ConfigError                      there is none, test files have different ones, or reference
+                                     files have that of another person
     DataError                        a test file is missing, so nothing is beside it
     """
     found = {_beside(path.resolve().parent) for path in tests}
@@ -62,6 +63,13 @@ def find_participant(tests: Sequence[Path]) -> Path:
         raise ConfigError(
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )
+    who = _read_yaml(path).get("id")
+    for other in {_beside(file.resolve().parent) for file in references} - {None, path}:
+        if (whose := _read_yaml(other).get("id")) != who:
+            raise ConfigError(
+                f"{other}, id: '{whose}'; expected '{who}' as in {path}, since both sides are of "
+                "one person. Name the participant of all trials with --participant."
+            )
     return path
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.motion_files import MotionTable
+from scapulohumeral.laboratory.checks import Limits
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -35,6 +36,8 @@ GIRDLE_MARGIN_DEG = 60.0
 GIRDLE = tuple(name for name in ANGLE_NAMES if name.startswith(("SC_", "AC_")))
 # ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
 LEAST_MOVEMENT_DEG = 5.0
+# Less between two rows is noise, which at high rates is fast too.
+LEAST_JUMP_DEG = 10.0
 
 
 def check_rate(table: MotionTable, time_s: Array) -> None:
@@ -82,6 +85,35 @@ def check_girdle(table: MotionTable, angles_rad: Array) -> None:
             f"{canonical[i, k]:.0f} deg; expected {low[k]:.0f} to {high[k]:.0f} deg, since no "
             "shoulder turns further. Check axes, sequence and signs of the joint angles."
         )
+
+
+def check_speed(table: MotionTable, time_s: Array, angles_rad: Array) -> None:
+    """Refuse jumps of a segment in the thorax, or of the elbow: markers lost, exchanged, or at 0.
+
+    Parameters
+    ----------
+    table : where the angles are from; time_s : (T,); angles_rad : (T, 10)
+
+    Raises
+    ------
+    DataError                        names file, row and segment
+    """
+    pose, limits = trial_to_pose(angles_rad), Limits()
+    segments = segment_orientations(pose)
+    turns = {name: relative_angle(q[:-1], q[1:]) for name, q in segments.items()}
+    turns["forearm"] = np.abs(np.diff(pose[:, 12]))
+    for name, turn in turns.items():
+        speed = np.rad2deg(turn) / np.diff(time_s)
+        girdle = name in ("clavicle", "scapula")
+        limit = limits.jump_deg_per_s if girdle else limits.arm_jump_deg_per_s
+        k = int(np.where(np.rad2deg(turn) > LEAST_JUMP_DEG, speed, 0.0).argmax())
+        if np.rad2deg(turn[k]) > LEAST_JUMP_DEG and speed[k] > limit:
+            raise DataError(
+                f"{table.path}, row {table.row(k + 1)}: the {name} turns by "
+                f"{np.rad2deg(turn[k]):.0f} deg from the row before, {speed[k]:.0f} deg/s; "
+                f"expected at most {limit:.0f}. Fill gaps of the record by interpolation, or cut "
+                "the rows."
+            )
 
 
 def check_movement(path: Path, smooth: Motion) -> None:

@@ -16,12 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import CONTACT_CHANNELS
-from scapulohumeral.gap.recording.plausibility import check_girdle, check_movement, check_rate
+from scapulohumeral.gap.recording.plausibility import (
+    check_girdle,
+    check_movement,
+    check_rate,
+    check_speed,
+)
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
 from scapulohumeral.model.csv_table import check_increasing
@@ -40,8 +45,12 @@ LARGEST_EMG = 10.0
 # Envelopes without their rest level may be negative by noise, about 0.02 of the maximum; ten times
 # that is a signal that was not rectified.
 LOWEST_EMG = -0.2
+# ASSUME: envelopes of an arm that moves reach this share of the maximum in one muscle at least.
+LEAST_EMG = 0.005
 # ASSUME: nearly seven times the weight of the heaviest person accepted, 300 kg, is no joint force.
 LARGEST_FORCE_N = 2.0e4
+# ASSUME: muscles press the humerus of a hanging arm against the glenoid with more than this.
+LEAST_FORCE_N = 5.0
 # Ends of a companion may miss the movement by this, about one frame of video.
 CLOCK_TOLERANCE_S = 0.05
 # Turns that an angle may have. The outer angles of the humerus are undefined while the arm hangs,
@@ -73,6 +82,29 @@ def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
         else:
             trials.append(path)
     return trials, notes
+
+
+def check_entries(file: Path, entries: Mapping[str, TrialEntry], paths: Sequence[Path]) -> None:
+    """Refuse entries of a participant file that nearly name a trial: they would be overlooked.
+
+    Parameters
+    ----------
+    file : participant file; entries : what it says, by stem
+    paths : trials, as from `trial_files`
+
+    Raises
+    ------
+    ConfigError                      names the entry and the trial
+    """
+    stems = {path.stem for path in paths}
+    meant = {stem.casefold(): stem for stem in stems}
+    for name in entries.keys() - stems:
+        stem = meant.get(Path(name).stem.casefold() if name.endswith(SUFFIXES) else name.casefold())
+        if stem is not None and stem not in entries:
+            raise ConfigError(
+                f"{file}, trials.{name}: no such trial; expected '{stem}', the name of its file "
+                "without the suffix. Rename the entry."
+            )
 
 
 def read_trials(
@@ -120,6 +152,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
     check_girdle(table, angles)
+    check_speed(table, time_s, angles)
     smooth = smoothed(Motion(time_s, angles))
     window = entry.window_s or movement_window(smooth)
     _check_window(path, time_s, window)
@@ -128,7 +161,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     task, repeat = task_and_repeat(path.stem)
     trial = GapTrial(
         name=path.stem,
-        task=entry.task or task,
+        task=(entry.task or task).strip(),
         repeat=entry.repeat or repeat,
         time_s=time_s,
         angles_rad=angles,
@@ -152,10 +185,13 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     return trial, {file: names for file, names in ignored.items() if names}
 
 
-def task_and_repeat(stem: str) -> tuple[str, int]:
-    """Task and repeat by the name of a file: ``frontal_r2`` is repeat 2 of ``frontal``."""
+def task_and_repeat(stem: str) -> tuple[str, int | None]:
+    """Task and repeat by the name of a file: ``frontal_r2`` is repeat 2 of ``frontal``.
+
+    Other names are those of a task, and say no repeat.
+    """
     match = re.fullmatch(r"(?P<task>.+)_r(?P<repeat>\d+)", stem)
-    return (match["task"], int(match["repeat"])) if match else (stem, 1)
+    return (match["task"], int(match["repeat"])) if match else (stem, None)
 
 
 def _companion_of(path: Path) -> Path | None:
@@ -191,14 +227,15 @@ def _angles_rad(table: MotionTable) -> Array:
                 "the header."
             )
         return angles
-    # In degrees, one radian's turn would mean all joints within 6.3 deg of zero, scapula parallel
-    # to clavicle included, where no shoulder can be (AC_y is 33 to 69 deg).
-    largest = np.abs(angles).max()
+    # In degrees, one radian's turn would mean a scapula parallel to the clavicle, where no shoulder
+    # can be (AC_y is 33 to 69 deg).
+    scapula = [i for i, name in enumerate(ANGLE_NAMES) if name.startswith("AC_")]
+    largest = np.abs(angles[:, scapula]).max()
     if largest <= 2.0 * np.pi:
         raise DataError(
-            f"{table.path}, columns {ANGLE_NAMES[0]} to {ANGLE_NAMES[-1]}: all angles are within "
-            f"+-{largest:.2f}, so these are radians; expected degrees. Multiply by 180/pi, or in a "
-            ".mot file write inDegrees=no."
+            f"{table.path}, columns {', '.join(ANGLE_NAMES[i] for i in scapula)}: all angles are "
+            f"within +-{largest:.2f}, so these are radians; expected degrees in all columns. "
+            "Multiply by 180/pi, or in a .mot file write inDegrees=no."
         )
     beyond = np.argwhere(np.abs(angles) > 360.0 * MOST_TURNS)
     if beyond.size:
@@ -266,6 +303,12 @@ def _emg(
             f"share of the maximum, {LOWEST_EMG} to {LARGEST_EMG}. Rectify and smooth raw signals; "
             "divide percent by 100, and volts by those of a maximal contraction."
         )
+    if values.max() < LEAST_EMG:
+        raise DataError(
+            f"{table.path}, columns {', '.join(columns)}: at most {values.max():g}; expected a "
+            "share of the maximum, which no movement leaves this low in all muscles. Divide volts "
+            "by those of a maximal contraction."
+        )
     return EmgSeries(time_s, columns, values)
 
 
@@ -277,6 +320,12 @@ def _contact(
     time_s = _time(table)
     _check_clock(table.path, time_s, window)
     values = table.numbers(columns)
+    largest = np.linalg.norm(values, axis=1).max()
+    if largest < LEAST_FORCE_N:
+        raise DataError(
+            f"{table.path}, columns {', '.join(columns)}: {largest:g} N at most; expected "
+            f"{LEAST_FORCE_N:g} or more. Convert the forces to newtons."
+        )
     beyond = np.argwhere(np.abs(values) > LARGEST_FORCE_N)
     if beyond.size:
         i, k = beyond[0]

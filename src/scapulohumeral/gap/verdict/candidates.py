@@ -101,9 +101,14 @@ def _level(label: str, groups: Sequence[Sequence[str]]) -> str:
     group = next((group for group in groups if label in group), [label])
     mates = [mate for mate in group if mate == label or label not in mate.split(JOIN)]
     for depth, name in ((3, "member"), (2, "family")):
-        if len({"/".join(mate.split("/")[:depth]) for mate in mates}) == 1:
+        if len({_cut(mate, depth) for mate in mates}) == 1:
             return name
     return "side"
+
+
+def _cut(label: str, depth: int) -> tuple[str, ...]:
+    """The effects of a label, each without what lies deeper than `depth`."""
+    return tuple(sorted("/".join(part.split("/")[:depth]) for part in label.split(JOIN)))
 
 
 def effect_classes(

@@ -23,7 +23,7 @@ EXAMPLES = """examples:
 
   with a participant file for a diagnosis, tasks and repeats by the names of files:
   scapulohumeral convert all/*.c3d --map markers.yaml --out trials --id ann --body-mass 68
-      --height 1.70 --tasks '(?P<task>[a-z]+)_.*_(?P<repeat>[0-9]+)$'
+      --height 1.70 --tasks '(?P<task>.+)_(before|after)_(?P<repeat>[0-9]+)'
   scapulohumeral gap diagnose trials/*_after_*.csv --reference trials/*_before_*.csv --out answer
 
 markers.yaml:
@@ -77,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--id", metavar="ID", help="with --body-mass: name of the person (default participant)")
     add(
         "--tasks", metavar="REGEX",
-        help="with --body-mass: groups (?P<task>...) and (?P<repeat>...) in the names of trials",
+        help="with --body-mass: groups (?P<task>...) and (?P<repeat>...) of whole names of trials",
     )  # fmt: skip
     add_body_arguments(parser, required=False)
 
@@ -101,6 +101,12 @@ def _write_participant(
         )
     names = [outcome.name for outcome in usable]
     trials = participant.task_and_repeat(options.tasks, names) if options.tasks else {}
+    for task in dict.fromkeys(entry["task"] for entry in trials.values()):
+        print(
+            f"task {task}:", *(name for name in names if trials.get(name, {}).get("task") == task)
+        )
+    if options.tasks and len(trials) < len(names):
+        print("no task by --tasks:", *(name for name in names if name not in trials))
     person = participant.Person(
         options.id or "participant", body_of(options), scale_factors(points, tables), gravity
     )
@@ -110,12 +116,13 @@ def _write_participant(
 
 def run(options: argparse.Namespace, command: str) -> int:
     """Convert, write, and say what was found; returns the exit code."""
-    from scapulohumeral.laboratory.convert import summary, write_outcomes
-    from scapulohumeral.laboratory.folders import make_folder
+    from scapulohumeral.laboratory.convert import summary, write_outcomes, written_files
+    from scapulohumeral.laboratory.folders import check_kept, make_folder
     from scapulohumeral.laboratory.page import render_page
     from scapulohumeral.model.tables import read_tables
 
     _check_person(options)
+    check_kept((*options.recordings, options.map), written_files(options.out, options.recordings))
     make_folder(options.out)
     tables = read_tables(options.tables)
     outcomes = _outcomes(options, tables)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scapulohumeral.errors import REFUSED, DataError
-from scapulohumeral.provenance import CONFIG_FOLDER
+from scapulohumeral.provenance import CONFIG_FOLDER, MODEL_TABLES
 
 if TYPE_CHECKING:
     from scapulohumeral.laboratory.emg_files import EmgMap
@@ -53,7 +53,8 @@ def run(options: argparse.Namespace, command: str) -> int:
 
     make_folder(options.out)
     emg_map = emg_files.read_emg_map(options.map)
-    groups = {m.group for m in read_tables(options.config.parent / "model").muscles.values()}
+    model = read_tables(MODEL_TABLES)
+    groups = {model.muscles[name].group for name in model.active_muscles}
     emg_files.check_muscles(emg_map, sorted(groups))
     pipeline = emg_files.read_pipeline(options.config)
     contractions = emg_files.read_contractions(options.mvc, emg_map, pipeline)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
@@ -76,6 +77,12 @@ def run(options: argparse.Namespace, command: str) -> int:
     )
     person = Person(options.id, body, scale, gravity)
     trials = {table.stem: table for table in options.trials}
+    if len(trials) < len(options.trials):
+        twice = sorted({t.stem for t in options.trials if trials[t.stem] != t})
+        raise DataError(
+            f"trials named {', '.join(twice)} more than once; expected different names, which "
+            "become the names of the study's motions. Rename the tables."
+        )
     path = write_study_participant(options.out, person, tables, trials)
     print(f"{path}: {len(trials)} trials; scale factors", *_listed(scale))
     return 0

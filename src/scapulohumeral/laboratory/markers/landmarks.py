@@ -44,6 +44,7 @@ class Landmarks:
     unit : of lengths in the file
     gaps : filled gaps of markers
     centre : how the glenohumeral centre was found, in words
+    missing : coordinates that a motion of an OpenSim model does not hold
     """
 
     source: Path
@@ -54,6 +55,7 @@ class Landmarks:
     unit: str
     gaps: tuple[Gap, ...]
     centre: str
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,6 +126,7 @@ def _motion(file: Path, found: Path, model_map: ModelMap) -> Landmarks | DataErr
             return DataError(str(arrays["refusal"]))
         time = arrays["time_s"]
         points = {name: arrays[name] for name in model_map.landmarks}
+        missing = tuple(arrays["missing"].tolist())
     try:
         rate = uniform_rate(file, time, "time", first_row=1)
     except DataError as error:
@@ -135,4 +136,4 @@ def _motion(file: Path, found: Path, model_map: ModelMap) -> Landmarks | DataErr
         sign = np.ones(3)
         sign[0 if up[0] == 0.0 else 1] = -1.0
         points = {name: point * sign for name, point in points.items()}
-    return Landmarks(file, time, rate, points, up, "m", (), "landmark GH of the model")
+    return Landmarks(file, time, rate, points, up, "m", (), "landmark GH of the model", missing)

@@ -31,7 +31,7 @@ def run(folder: Path) -> None:
     path = request["model"]
     try:
         model = opensim.Model(path)
-        state = model.initSystem()
+        model.initSystem()
     except RuntimeError as error:
         raise ModelError(f"{path}: OpenSim cannot read it: {error}. Correct the model.") from error
     stations = {
@@ -39,6 +39,9 @@ def run(folder: Path) -> None:
     }
     for number, motion in enumerate(request["motions"]):
         try:
+            # Coordinates that a motion lacks have the default of the model, not what the motion
+            # before left.
+            state = model.initSystem()
             arrays: dict[str, Any] = landmarks_over_time(model, state, Path(motion), stations)
         except DataError as error:
             arrays = {"refusal": np.array(str(error))}

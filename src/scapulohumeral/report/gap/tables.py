@@ -100,6 +100,8 @@ PLANTS = {
     "S": "Recorded motion, disturbed",
 }
 SIMULATED = ("P1", "P2")
+# Rule of cards that count gaps in answers that abstain; earlier ones left these out.
+ALARMS_COUNTED = "claims_gap"
 # Columns of the history of draws: name, path in the scores of simulated persons.
 DRAW_SCORES = (
     ("false alarms", ("false_alarms",)),
@@ -170,6 +172,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
                 str(card["scored"]["cases"]),
                 card["answered"]["code"][:16],
                 *(_in_draw(scores, path) for _, path in DRAW_SCORES),
+                "yes" if ALARMS_COUNTED in card["rules"] else "no",
                 _median(scores["amplitude"]["relative_error"]),
             )
         )
@@ -180,6 +183,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
         "cases",
         "code of the answers",
         *(name for name, _ in DRAW_SCORES),
+        "alarms and gaps found include answers that abstain",
         "amplitude error, median",
     )
     return Table(columns, rows)

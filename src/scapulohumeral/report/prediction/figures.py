@@ -131,8 +131,8 @@ def prediction_kinematics(cases: Cases) -> Picture | None:
         cases.healthy,
         [*lines, *published(cases)],
         "Predicted motion of clavicle and scapula; only the humerus is tracked. Healthy: "
-        "calibrated muscles; cuff-limited: supraspinatus and infraspinatus without active force, "
-        "at the paper's w_GH.",
+        f"{cases.healthy.condition.parameters} muscles; cuff-limited: supraspinatus and "
+        "infraspinatus without active force, at the paper's w_GH.",
     )
 
 

@@ -64,7 +64,7 @@ def comparison(study: Study, coordination: Coordination) -> Table:
 def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | None:
     """One elevation of a published prediction, at the nodes of the reproduced composite motion.
 
-    The published table holds four frames a second; angles between them are interpolated linearly.
+    The published table holds twelve frames a second; angles between them are interpolated linearly.
     """
     about = cases.healthy
     if about is None or name not in cases.published:

@@ -161,6 +161,17 @@ def test_nulls_count_for_false_alarms_only() -> None:
     assert scores["set90"]["coverage"]["value"] == 0.5
 
 
+def test_an_alarm_is_one_whether_a_cause_is_named_or_not() -> None:
+    abstained = case(key(None), answer({TEAR: 0.4}, status="abstained"))
+    failed = case(key(None, number=2), answer({}, status="failed", gap=None))
+    scores = group_scores([abstained, failed])
+    assert scores["false_alarms"]["value"] == 0.5
+    assert scores["abstention"]["value"] == 1.0
+    found = group_scores([case(key(TEAR), answer({TEAR: 0.4}, status="abstained"))])
+    assert found["detection"]["value"] == 1.0
+    assert found["family_top1"]["value"] == 0.0
+
+
 def test_effects_that_hardly_show_are_not_asked_for() -> None:
     silent = answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"])
     scores = group_scores([case(key(TEAR, shown=False), silent)])

@@ -186,6 +186,16 @@ def test_a_sample_of_many_arrangements_says_what_all_say(monkeypatch):
     assert every.p_value * 4900 == pytest.approx(round(every.p_value * 4900))
 
 
+def test_many_repeats_are_sampled_and_the_recorded_choice_is_the_first():
+    rng = np.random.default_rng(8)
+    signs = permutation._signs(24, 12, seed=1)
+    assert signs.shape == (permutation.ARRANGEMENTS, 24)
+    np.testing.assert_allclose(signs[0], np.repeat([1.0, -1.0], 12) / 12)
+    np.testing.assert_allclose(signs.sum(axis=1), 0.0, atol=1e-12)
+    assert np.all(np.sum(signs > 0.0, axis=1) == 12)
+    assert judged(records(rng, {"a": (12, 12)}, shift=6.0)).present
+
+
 def test_the_first_arrangement_is_the_recorded_one():
     """Its length is that of the mean difference, whitened."""
     rng = np.random.default_rng(7)

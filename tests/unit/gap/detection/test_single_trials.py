@@ -156,8 +156,12 @@ def test_a_contradicted_gap_is_none_and_says_by_what():
 @pytest.mark.parametrize(("p_value", "stays"), [(0.002, True), (0.0025, True), (0.004, False)])
 def test_a_trial_alone_has_to_be_as_sure_as_two(p_value, stays):
     found = Presence(True, p_value, GLR, 4.0, 3.0, {GLR: 3.0})
-    told = as_sure_as_two(found, 0.05)
+    told = as_sure_as_two(found, p_value, 0.05)
     assert told.present == stays
     assert told.p_value == pytest.approx(np.sqrt(p_value))
     assert (told.value >= told.threshold) == stays
     assert told.shape_thresholds == found.shape_thresholds
+    # One trial against 24 others cannot be rarer than one in 25 by exchanging places.
+    among_few = as_sure_as_two(replace(found, p_value=0.04), p_value, 0.05)
+    assert among_few.present == stays
+    assert among_few.p_value == pytest.approx(max(0.04, np.sqrt(p_value)))

@@ -122,4 +122,7 @@ def test_sides_hold_the_trials_of_the_tasks_compared():
     assert set(second) == {"a", "b"}
     expected = there.compress([difference(test["a"][2], mean_records["a"])])
     np.testing.assert_allclose(first["a"][2], expected)
+    # Reference trials are subtracted.
+    expected = there.compress([difference(reference["b"][1], mean_records["b"])])
+    np.testing.assert_allclose(second["b"][1], -expected)
     assert len(sides(there, replace(records, reference={}))) == 1

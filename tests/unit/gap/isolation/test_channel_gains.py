@@ -15,6 +15,7 @@ from scapulohumeral.gap.isolation.channel_gains import (
 )
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.labels import JOIN
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.residual import Residual
 
@@ -92,7 +93,8 @@ def test_factors_are_never_negative(truth):
 
 def test_effects_on_the_record_have_no_factors(truth):
     effect, _, there = truth
-    both = pair(fit(effect, there, 0.3), fit(hypothesis(TILT, 3), there, 0.3))
+    both = pair(fit(hypothesis(TILT, 3), there, 0.3), fit(effect, there, 0.3))
+    assert [one.label for one in both.effects] == both.label.split(JOIN)
     factors = gain_factors(fit(both, there, 0.3), there, 0.3)
     assert factors.shape == (2, CHANNELS)
     assert np.all(factors[0] != 1.0)

@@ -1,27 +1,52 @@
-"""What was recorded but cannot be compared is said, channel by channel."""
+"""What files that are sound one by one may not, or cannot, be compared by is refused, or said."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from scapulohumeral.gap.recording.fit_together import not_compared
+from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.fit_together import (
+    check_repeats,
+    check_tasks,
+    check_units,
+    not_compared,
+    unlike_others,
+)
+from scapulohumeral.model.rotations import ANGLE_NAMES
 
 pytestmark = pytest.mark.unit
 
-
-def trial(name: str, *emg: str, force: bool = False) -> SimpleNamespace:
-    """What the question needs of a trial."""
-    return SimpleNamespace(
-        name=name,
-        emg=SimpleNamespace(channels=emg) if emg else None,
-        contact=object() if force else None,
-    )
+POSTURE_DEG = np.array([-20.0, 10.0, 5.0, 50.0, 0.0, 15.0, 40.0, -60.0, 30.0, 70.0])
 
 
-def case(channels: tuple[str, ...], *trials: SimpleNamespace) -> SimpleNamespace:
+def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespace:
+    """What the questions need of a trial, in which all channels reach 0.3."""
+    values = np.tile([[0.1], [0.3]], (1, len(emg)))
+    fields = {
+        "name": name,
+        "source": Path(f"{name}.csv"),
+        "task": "lift",
+        "repeat": None,
+        "angles_rad": np.deg2rad(POSTURE_DEG)[None],
+        "window_s": (0.5, 2.5),
+        "emg": SimpleNamespace(channels=emg, values=values) if emg else None,
+        "contact": object() if force else None,
+    }
+    return SimpleNamespace(**{**fields, **changes})
+
+
+def case(channels: tuple[str, ...], *test: SimpleNamespace, reference=()) -> SimpleNamespace:
     """A case whose participant file names some channels."""
     participant = SimpleNamespace(emg_channels=dict.fromkeys(channels, ("infra",)))
-    return SimpleNamespace(participant=participant, trials=trials)
+    return SimpleNamespace(
+        participant=participant,
+        test=test,
+        reference=tuple(reference),
+        trials=(*test, *reference),
+        tasks=tuple(dict.fromkeys(t.task for t in test)),
+    )
 
 
 def test_emg_without_electrodes_in_the_participant_file_is_not_compared() -> None:
@@ -40,9 +65,84 @@ def test_what_some_trials_lack_is_not_compared() -> None:
 
 
 def test_trials_of_both_sides_may_have_the_same_name() -> None:
-    [note] = not_compared(case(("EMG_1",), trial("a", "EMG_1"), trial("a")))
+    [note] = not_compared(case(("EMG_1",), trial("a", "EMG_1"), reference=[trial("a")]))
     assert note.endswith("in a")
 
 
-def test_what_all_trials_have_or_none_needs_no_word() -> None:
-    assert not_compared(case(("EMG_1", "EMG_2"), trial("a", "EMG_1"), trial("b", "EMG_1"))) == []
+def test_what_all_trials_have_needs_no_word() -> None:
+    assert not_compared(case(("EMG_1",), trial("a", "EMG_1"), trial("b", "EMG_1"))) == []
+
+
+def test_channels_that_are_only_named_or_only_recorded_are_told() -> None:
+    absent, further = not_compared(case(("EMG_1", "EMG_2"), trial("a", "EMG_1", "EMG_infra")))
+    assert "EMG_2" in absent
+    assert "in no trial" in absent
+    assert "EMG_infra" in further
+    assert "not in emg.channels" in further
+
+
+def test_reference_trials_of_a_task_without_test_trials_are_told() -> None:
+    references = [trial("b"), trial("c", task="reach")]
+    [note] = not_compared(case((), trial("a"), reference=references))
+    assert "task reach are not used" in note
+
+
+def test_tasks_that_differ_by_capital_letters_are_refused() -> None:
+    with pytest.raises(DataError, match="'lift' and 'Lift' differ by capital letters"):
+        check_tasks(case((), trial("a"), reference=[trial("b", task="Lift"), trial("c")]))
+
+
+def test_the_same_repeat_of_a_task_twice_on_one_side_is_refused() -> None:
+    first, again = trial("a", repeat=2), trial("b", repeat=2)
+    check_repeats(case((), first, trial("c", repeat=1), reference=[again]))
+    check_repeats(case((), first, trial("b", repeat=2, task="reach")))
+    check_repeats(case((), trial("a"), trial("b")))
+    with pytest.raises(DataError, match=r"b.csv: repeat 2 of task 'lift', as is a.csv"):
+        check_repeats(case((), first, again))
+
+
+@pytest.mark.parametrize("joint", ["SC", "GH", "EL"])
+def test_a_joint_in_radians_on_one_side_is_refused(joint: str) -> None:
+    columns = [name.startswith(f"{joint}_") for name in ANGLE_NAMES]
+    degrees = trial("a")
+    radians = trial(
+        "b", angles_rad=np.where(columns, np.deg2rad(degrees.angles_rad), degrees.angles_rad)
+    )
+    check_units(case((), degrees, reference=[degrees]))
+    with pytest.raises(DataError, match=rf"b.csv, columns {joint}_\*: .* a.csv .* are radians"):
+        check_units(case((), degrees, reference=[radians]))
+    with pytest.raises(DataError, match=r"b.csv, .* are radians"):
+        check_units(case((), radians, reference=[degrees]))
+
+
+def test_an_elbow_that_is_stretched_on_one_side_is_no_other_unit() -> None:
+    stretched = POSTURE_DEG.copy()
+    stretched[-1] = 8.0
+    check_units(
+        case((), trial("a", angles_rad=np.deg2rad(stretched)[None]), reference=[trial("b")])
+    )
+
+
+def test_a_fragment_of_a_movement_is_told() -> None:
+    whole = [trial("b"), trial("c")]
+    assert unlike_others(case((), trial("a", window_s=(0.0, 1.0)), reference=whole)) == []
+    [note] = unlike_others(case((), trial("a", window_s=(0.0, 0.44)), reference=whole))
+    assert note.startswith("a: the movement lasts 0.44 s, those of task lift 2.00 s")
+
+
+def test_a_channel_that_never_changes_is_told() -> None:
+    lost = trial("a", "EMG_1", "EMG_2")
+    lost.emg.values[:, 1] = 0.0
+    [note] = unlike_others(case((), lost, reference=[trial("b", "EMG_1")]))
+    assert note.startswith("a: EMG_2 never changes")
+
+
+def test_other_units_of_all_channels_are_told() -> None:
+    both = ("EMG_1", "EMG_2")
+    tests, weak = trial("a", *both), trial("b", *both)
+    assert unlike_others(case(both, tests, reference=[weak])) == []
+    weak.emg.values[:, 0] *= 0.02
+    assert unlike_others(case(both, tests, reference=[weak])) == []
+    weak.emg.values[:, 1] *= 0.02
+    [note] = unlike_others(case(both, tests, reference=[weak]))
+    assert "50 times as high in the tests" in note

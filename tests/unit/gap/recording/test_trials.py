@@ -58,8 +58,8 @@ def test_tables_of_the_study_are_trials_too(tmp_path):
 def test_companions_keep_their_own_rate(tmp_path):
     path = write_csv(elevation(), tmp_path / "lift_r2.csv")
     time = np.linspace(0.0, 3.0, 3001)
-    emg = pd.DataFrame({"time": time, "EMG_b": 0.2, "EMG_a": 0.1})
-    force = pd.DataFrame({"time": time[::10], "GHF_x": 1.0, "GHF_y": 2.0, "GHF_z": 3.0})
+    emg = pd.DataFrame({"time": time, "EMG_b": 0.2 + 0.01 * time, "EMG_a": 0.1 + 0.01 * time})
+    force = pd.DataFrame({"time": time[::10], "GHF_x": 10.0, "GHF_y": 20.0, "GHF_z": 30.0})
     write_csv(emg, tmp_path / "lift_r2_emg.csv")
     write_csv(force, tmp_path / "lift_r2_force.csv")
     trial = read(path)
@@ -67,12 +67,13 @@ def test_companions_keep_their_own_rate(tmp_path):
     np.testing.assert_array_equal(trial.emg.values[0], [0.1, 0.2])
     assert len(trial.emg.time_s) == 3001
     assert len(trial.contact.time_s) == 301
-    np.testing.assert_array_equal(trial.contact.force_N[0], [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(trial.contact.force_N[0], [10.0, 20.0, 30.0])
     assert (trial.task, trial.repeat) == ("lift", 2)
 
 
 def test_emg_may_stand_in_the_trial_and_unknown_columns_are_told(tmp_path):
-    table = elevation().assign(EMG_infra=0.3, TH_x=1.0, PS_y=2.0)
+    table = elevation().assign(TH_x=1.0, PS_y=2.0)
+    table["EMG_infra"] = 0.3 + 0.01 * table["time"]
     [trial], notes = read_trials([write_csv(table, tmp_path / "a.csv")], {})
     assert trial.emg.channels == ("EMG_infra",)
     assert trial.contact is None
@@ -159,7 +160,7 @@ def test_window_of_the_participant_file_wins(tmp_path):
 
 @pytest.mark.parametrize(
     ("stem", "expected"),
-    [("lift_r12", ("lift", 12)), ("lift", ("lift", 1)), ("a_r1_b", ("a_r1_b", 1))],
+    [("lift_r12", ("lift", 12)), ("lift", ("lift", None)), ("a_r1_b", ("a_r1_b", None))],
 )
 def test_task_and_repeat_by_name(stem, expected):
     assert task_and_repeat(stem) == expected
@@ -186,7 +187,7 @@ def in_radians(table):
         (lambda t: t.drop(columns="time"), r"row 1: missing column time"),
         (with_nan, r"a\.csv, row 5, column GH_z: NaN; expected a finite number"),
         (with_stalled_time, r"a\.csv, row 6, column time: .* does not follow"),
-        (in_radians, r"a\.csv, columns SC_y to EL_x: .*these are radians; expected degrees"),
+        (in_radians, r"a\.csv, columns AC_y, AC_z, AC_x: .*these are radians; expected degrees"),
         (lambda t: t.head(9), r"a\.csv: 9 rows; expected 10 or more"),
         (lambda t: t.assign(GHF_x=1.0), r"GHF_x alone; expected all of GHF_x, GHF_y, GHF_z"),
         (lambda t: t.assign(EMG_a=55.0), r"row 2, column EMG_a: 55.0; expected a share"),

@@ -13,6 +13,7 @@ from scapulohumeral.laboratory.checks import (
     FAULT,
     Finding,
     Limits,
+    check_coordinates,
     check_motion,
     check_points,
     check_session,

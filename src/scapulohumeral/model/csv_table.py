@@ -45,6 +45,7 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
             f"{path}: {len(lines)} lines; expected a header and at least one row. Export it again."
         )
     header = lines[0]
+    _check_header(path, header, lines[1])
     twice = sorted({name for name in header if name and header.count(name) > 1})
     if twice:
         raise DataError(
@@ -63,6 +64,23 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
                 "header. Remove empty lines and stray commas."
             )
     return [dict(zip(header, cells, strict=True)) for cells in lines[1:]]
+
+
+def _check_header(path: Path, header: list[str], second: list[str]) -> None:
+    """Refuse tables with other separators than commas, or with a title above the header."""
+    if len(header) != 1:
+        return
+    if ";" in header[0] or "\t" in header[0]:
+        found = "semicolons" if ";" in header[0] else "tabs"
+        raise DataError(
+            f"{path}, row 1: cells are separated by {found}; expected commas. Export it as CSV "
+            "with commas between cells, and numbers with decimal points."
+        )
+    if len(second) > 1:
+        raise DataError(
+            f"{path}, row 1: '{header[0]}' alone, and {len(second)} cells in row 2; expected the "
+            "names of the columns in row 1. Remove title lines."
+        )
 
 
 def read_text(path: Path) -> str:

@@ -188,6 +188,22 @@ def two_people(folder: Path) -> list[str]:
     return ["TESTS", str(folder / TEST), str(write_csv(elevation(), other / "lift_r3.csv"))]
 
 
+def other_reference(folder: Path) -> list[str]:
+    """Reference trials beside the participant file of somebody else."""
+    beside = folder / "elsewhere"
+    beside.mkdir()
+    write_participant(beside, id="other")
+    return ["--reference", str(write_csv(elevation(peak_deg=58.0), beside / REFERENCE))]
+
+
+def same_repeat(folder: Path) -> list[str]:
+    """Two movements, of which the participant file says the same."""
+    entry = {"task": "lift", "repeat": 1}
+    write_participant(folder, trials={"lift_r1": entry, "reach_r3": entry})
+    return ["TESTS", str(folder / TEST),
+        str(write_csv(elevation(peak_deg=40.0), folder / "reach_r3.csv"))]  # fmt: skip
+
+
 def study_participant(*keys: str, value: object) -> Callable[[Path], None]:
     """A participant file of the study with one value replaced."""
 
@@ -222,7 +238,13 @@ KINDS = (
     Bad("empty file", text(""), TEST, "Export it again"),
     Bad("header only", text(HEADER + "\n"), TEST, "Export it again"),
     Bad("one endless cell", text(HEADER + "\n" + "1" * 200_000), TEST, "Save it as CSV again"),
-    Bad("semicolons", text(CSV.replace(",", ";")), "row 1: missing column time", "add the column"),
+    Bad("semicolons", text(CSV.replace(",", ";")), "row 1: cells are separated by semicolons",
+        "commas between cells"),
+    Bad("semicolons and decimal commas", text(CSV.replace(",", ";").replace(".", ",")),
+        "row 1: cells are separated by semicolons", "decimal points"),
+    Bad("tabs", text(CSV.replace(",", "\t")), "row 1: cells are separated by tabs", "commas"),
+    Bad("title line", text("Session of Ann\n" + CSV), "row 1: 'Session of Ann' alone",
+        "Remove title lines"),
     Bad("cut in a row", text(CSV[:-40]), "cells, expected 11", "Remove empty lines"),
     Bad("another suffix", every(text(CSV, "a.txt"), trials("a.txt")), "a.txt", "Export it as one"),
     Bad("missing file", without(TEST), TEST, "Check the name"),
@@ -257,6 +279,17 @@ KINDS = (
     Bad("radians called degrees in .mot", as_mot("yes", in_radians),
         "columns AC_y, AC_z, AC_x", "inDegrees=no"),
     Bad("degrees called radians in .mot", as_mot("no"), "column SC_y", "inDegrees=yes"),
+    Bad("scapula in radians", table(lambda t: t.assign(
+        **{name: np.deg2rad(t[name]) for name in ANGLE_NAMES if name.startswith(("SC_", "AC_"))})),
+        "columns AC_y, AC_z, AC_x", "degrees in all columns"),
+    Bad("elevation in radians", table(lambda t: t.assign(
+        **{name: np.deg2rad(t[name]) for name in ANGLE_NAMES if name.startswith("GH_")})),
+        f"{TEST}, columns SC_y to EL_x: no joint turns", "multiplied by 180/pi"),
+    Bad("lost markers as zeros", table(lambda t: t.assign(
+        **{name: np.where(t.index == 70, 0.0, t[name]) for name in ANGLE_NAMES})),
+        "row 72: the clavicle", "Fill gaps"),
+    Bad("lost markers as a number", table(lambda t: t.assign(
+        GH_y=np.where(t.index == 70, -500.0, t.GH_y))), "row 72: the humerus", "Fill gaps"),
     Bad(".mot without unit", as_mot("perhaps"), "lift_r1.mot, header", "Add the line"),
     Bad(".mot without header", every(text(CSV, "a.mot"), trials("a.mot")), "endheader", "Export"),
     Bad("many turns", table(lambda t: t.assign(AC_y=t.AC_y + 1080.0)), "column AC_y", "full turns"),
@@ -267,13 +300,15 @@ KINDS = (
     Bad("clavicle backwards", table(lambda t: t.assign(SC_y=t.SC_y + 180.0)),
         "row 2, column SC_y", "Check axes, sequence and signs"),
     Bad("scapula jumps once", table(cell("AC_x", 170.0)),
-        "row 4, column AC_x", "Check axes, sequence and signs"),
+        "row 4: the scapula turns", "Fill gaps"),
     Bad("no movement", table(lambda t: t.assign(GH_z=20.0)), "no joint turns", "Leave the trial"),
     Bad("no movement but noise", table(lambda _: noisy_rest()),
         "no joint turns", "Leave the trial"),
     # EMG and joint force.
     Bad("EMG in percent", table(lambda t: t.assign(EMG_infra=55.0)),
         "row 2, column EMG_infra", "divide percent"),
+    Bad("EMG in volts", table(lambda t: t.assign(EMG_infra=1e-4 * t.time)),
+        "columns EMG_infra: at most 0.0003", "Divide volts"),
     Bad("EMG not rectified", table(lambda t: t.assign(EMG_infra=np.sin(70.0 * t.time))),
         "column EMG_infra", "Rectify"),
     Bad("EMG on another clock", companion("emg", time=TIME + 100.0, EMG_infra=0.1),
@@ -344,6 +379,15 @@ KINDS = (
         "bodies.0.mass_kg", "Correct the entry"),
     Bad("segment of negative mass", scaled(lambda d: d["bodies"][0].update(mass_kg=-1.0)),
         "bodies.0.mass_kg", "Correct the entry"),
+    Bad("entry with the suffix of the file", person(trials={TEST: {"task": "reach"}}),
+        f"trials.{TEST}: no such trial", "without the suffix"),
+    Bad("entry in capital letters", person(trials={"Lift_R1": {"task": "reach"}}),
+        "trials.Lift_R1: no such trial; expected 'lift_r1'", "Rename the entry"),
+    Bad("reference of another person", other_reference, "id: 'other'; expected 'anna'",
+        "with --participant"),
+    Bad("task in capital letters", person(trials={"lift_r1": {"task": "Lift"}}),
+        "tasks 'Lift' and 'lift' differ", "expected one name"),
+    Bad("the same repeat twice", same_repeat, "repeat 1 of task 'lift', as is", "other tasks"),
     Bad("unknown muscle group", emg(channels={"EMG_infra": ["infraspinatus"]}),
         "emg.channels.EMG_infra", "Correct the name"),
     Bad("neighbour that is no channel", emg(neighbours=[["EMG_infra", "EMG_b"]]),
@@ -481,6 +525,21 @@ def test_a_refusal_leaves_no_answer_of_an_earlier_run(spoil, case: Path, reached
     assert diagnose(case, []) == 0
     assert diagnose(case, spoil(case) or []) == REFUSED
     assert not (case / "out" / "result.json").exists()
+
+
+def test_a_folder_with_files_that_no_diagnosis_wrote_is_refused(case, reached, capsys) -> None:
+    out = case / "mine"
+    (out / "curves").mkdir(parents=True)
+    kept = write_csv(elevation(), out / "curves" / TEST)
+    assert diagnose(case, ["--out", str(out)]) == REFUSED
+    assert "holds curves/lift_r1.csv and no run.log" in capsys.readouterr().err
+    assert kept.exists()
+    (out / "run.log").touch()
+    assert diagnose(case, ["--out", str(out), "--participant", str(case / PERSON),
+        "TESTS", str(kept)]) == REFUSED  # fmt: skip
+    assert "is read, and the result would replace it" in capsys.readouterr().err
+    assert kept.exists()
+    assert not reached
 
 
 def test_a_file_that_may_not_be_read_is_refused(case, reached, capsys, monkeypatch) -> None:

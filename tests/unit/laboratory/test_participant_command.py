@@ -74,6 +74,23 @@ def test_convert_writes_the_participant_of_a_diagnosis(tmp_path: Path) -> None:
     assert np.array(person.gravity_mps2) == pytest.approx(-9.80665 * up, abs=0.01)
 
 
+def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, ["static"])
+    twice = [str(tmp_path / folder / "reach.csv") for folder in ("a", "b")]
+    more = ["--trials", *twice, "--out", str(tmp_path / "people"), "--id", "ann", *BODY]
+    static = ["--static", str(tmp_path / "static.c3d")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 2
+    assert "trials named reach more than once" in capsys.readouterr().err
+    recorded = tmp_path / "reach.csv"
+    made.WRITERS[".csv"](recorded, made.marked(made.landmarks(made.arm_angles(), MODEL)))
+    before = recorded.read_bytes()
+    assert cli.main(["convert", str(recorded), *arguments, "--out", str(tmp_path)]) == 2
+    assert "reach.csv: is read, and the result would replace it" in capsys.readouterr().err
+    assert recorded.read_bytes() == before
+
+
 def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:
     arguments = session(tmp_path, ["static", "frontal", "reach"])
     out, people = tmp_path / "out", tmp_path / "people"

@@ -77,6 +77,13 @@ def test_mumps_binds_to_the_kernels(module):
     assert all("dense_kernels_" in line.split(" to ")[1] for line in found)
 
 
+def test_where_nothing_can_be_kept_it_says_so(monkeypatch, capsys, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(dense_kernels, "user_cache", lambda: tmp_path / "file")
+    assert not dense_kernels.use_fast_kernels.__wrapped__()
+    assert "a third slower: " in capsys.readouterr().out
+
+
 def test_without_scipys_blas_it_says_so(monkeypatch, capsys):
     monkeypatch.setattr(dense_kernels, "NAME", "no_such_library*.so")
     assert not dense_kernels.use_fast_kernels.__wrapped__()

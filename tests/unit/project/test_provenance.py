@@ -103,6 +103,11 @@ def test_files_of_folders_inside_count_and_folders_do_not(tmp_path: Path) -> Non
     assert provenance.input_hash(found) != provenance.input_hash(found[:1])
 
 
+def test_without_git_there_is_no_commit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert provenance.last_commit(Path(__file__)) == "no commit: there is no git on this machine"
+
+
 def test_environment_names_the_solver_and_python() -> None:
     versions = provenance.environment_versions()
     assert {"python", "machine", "casadi", "cyipopt"} <= versions.keys()

@@ -243,4 +243,4 @@ def _check_gravity(path: Path, gravity: Sequence[float]) -> None:
 
 
 def _check(path: Path, document: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
-    check_schema(path, document, schema, "see the README, section on diagnosis")
+    check_schema(path, document, schema, "see the README, section 'Your own trials'")

@@ -106,8 +106,9 @@ def check_speed(table: MotionTable, time_s: Array, angles_rad: Array) -> None:
         speed = np.rad2deg(turn) / np.diff(time_s)
         girdle = name in ("clavicle", "scapula")
         limit = limits.jump_deg_per_s if girdle else limits.arm_jump_deg_per_s
-        k = int(np.where(np.rad2deg(turn) > LEAST_JUMP_DEG, speed, 0.0).argmax())
-        if np.rad2deg(turn[k]) > LEAST_JUMP_DEG and speed[k] > limit:
+        beyond = np.flatnonzero((speed > limit) & (np.rad2deg(turn) > LEAST_JUMP_DEG))
+        if beyond.size:
+            k = int(beyond[0])
             raise DataError(
                 f"{table.path}, row {table.row(k + 1)}: the {name} turns by "
                 f"{np.rad2deg(turn[k]):.0f} deg from the row before, {speed[k]:.0f} deg/s; "
@@ -136,7 +137,8 @@ def check_movement(path: Path, smooth: Motion) -> None:
         raise DataError(
             f"{path}, columns {ANGLE_NAMES[0]} to {ANGLE_NAMES[-1]}: no joint turns by more than "
             f"{largest:.1f} deg; expected a movement of {LEAST_MOVEMENT_DEG:.0f} deg or more. "
-            "Leave the trial out: a diagnosis compares movements."
+            "Leave the trial out: a diagnosis compares movements. Angles in radians have to be "
+            "multiplied by 180/pi."
         )
 
 

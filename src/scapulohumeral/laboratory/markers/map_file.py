@@ -30,7 +30,7 @@ def read_map(path: Path, schema: Mapping[str, Any]) -> dict[str, Any]:
     ConfigError                      names file, key, what was expected, and the remedy
     """
     document = _load(path)
-    check_schema(path, document, schema, "see the README, section on own recordings")
+    check_schema(path, document, schema, "see the help of the command, which shows an example")
     return document
 
 

@@ -118,6 +118,23 @@ def test_a_coarse_mesh_that_fails_leaves_the_problem_to_its_own_mesh(family, sta
     assert result.remark in log.read_text()
 
 
+def test_a_mesh_that_fails_alone_is_not_solved_again(family, start):
+    built = []
+
+    def counted(nodes, hessian):
+        built.append(nodes)
+        return family(nodes, hessian)
+
+    few = replace(SETTINGS, coarse=(), max_iterations=1)
+    failed = solve_coarse_to_fine(counted, NODES, start, few)
+    assert not failed.optimal
+    assert not failed.remark
+    again = len(built)
+    built.clear()
+    solve(lambda mode: counted(NODES, mode), start, few)
+    assert again == len(built)
+
+
 @pytest.mark.parametrize("of_neighbour", [True, False])
 def test_a_coarse_mesh_that_strays_from_a_neighbour_is_not_used(family, start, of_neighbour):
     """From no solution, IPOPT may look for a feasible point wherever it likes."""

@@ -384,10 +384,12 @@ def calibrated_participants():
 def committed_table(name):
     """A table in reports/ that is no part of the study, where there is one and anything is predicted.
 
-    Only a copy is made there, so that a fresh checkout shows it and does not compute it.
+    Only a copy is made there, so that a fresh checkout shows it and does not compute it. It is about
+    the participants that the repository holds.
     """
     path = Path("reports", f"{name}.csv")
-    return [str(path)] if path.is_file() and prediction_table("summary") else []
+    of_these = PARTICIPANTS == Path("config/participants")
+    return [str(path)] if of_these and path.is_file() and prediction_table("summary") else []
 
 
 def blind_scores():

@@ -88,7 +88,9 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         return None
     return {
         "fixed_in": judged.fixed_in,
-        "participants": prediction_targets.participants_table(judged),
+        "participants": prediction_targets.participants_table(judged)
+        if judged.has_limits
+        else None,
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
         "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),

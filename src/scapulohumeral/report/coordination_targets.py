@@ -33,7 +33,7 @@ def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
     if not coordination.prediction_table.empty:
         verdicts += solve_verdicts(coordination.prediction_table)
         verdicts.append(smallest_stable_weight(coordination))
-    if coordination.judged is not None:
+    if coordination.judged is not None and coordination.judged.has_limits:
         verdicts += prediction_verdicts(coordination.judged)
     return verdicts
 

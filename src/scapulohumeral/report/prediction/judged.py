@@ -32,6 +32,12 @@ class Judged:
     requested: tuple[str, ...]
     tasks: pd.DataFrame = field(default_factory=pd.DataFrame)
 
+    @property
+    def has_limits(self) -> bool:
+        """Whether limits were fixed for any of the participants: none were for others."""
+        limits = self.targets["against_recording"]["upward_rotation_rmse_deg"]
+        return any(name in limits for name in self.requested)
+
 
 def read_judged(
     targets: Path,

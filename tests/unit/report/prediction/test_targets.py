@@ -255,3 +255,9 @@ def test_daily_task_without_solution_fails_all_limits_of_its_participant():
 def test_daily_tasks_that_nobody_predicted_are_missed():
     verdicts = list(task_verdicts(TARGETS["against_tasks"], pd.DataFrame()))
     assert len(verdicts) == len(failed(verdicts)) == 13
+
+
+def test_other_participants_have_no_limits():
+    of_ours = Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann", "par2"))
+    assert of_ours.has_limits
+    assert not Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann",)).has_limits

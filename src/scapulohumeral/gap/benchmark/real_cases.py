@@ -130,7 +130,8 @@ def held_out(answer: Mapping[str, Any], folder: Path) -> float | None:
     shares = answer["shrinkage"]
     if shares is None:
         return None
-    of_tasks = removed_of_tasks(read_table(folder, "left_out")[["before", "after"]].to_numpy())
+    left_out = read_table(folder, "left_out")
+    of_tasks = removed_of_tasks(list(zip(left_out["before"], left_out["after"], strict=True)))
     of_trials = shares["held_out_trial"]
     if of_tasks is None and of_trials is not None:
         return of_trials["value"]

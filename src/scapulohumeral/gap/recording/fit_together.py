@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -110,25 +111,27 @@ def unlike_others(case: Case) -> list[str]:
         if series is not None and (still := np.ptp(series.values, axis=0) == 0.0).any():
             names = ", ".join(np.array(series.channels)[still])
             notes.append(f"{trial.name}: {names} never changes; look whether the electrode was on")
-    peaks = [
-        {name: max(float(t.emg.values[:, t.emg.channels.index(name)].max()) for t in side)
-         for name in set.intersection(*(set(t.emg.channels) for t in side))}
-        for side in _with_emg(case)
-    ]  # fmt: skip
-    if len(peaks) == 2 and (common := sorted(peaks[0].keys() & peaks[1].keys())):
-        ratios = np.array([peaks[0][name] / peaks[1][name] for name in common])
-        if ratios.min() > OTHER_MAXIMUM or ratios.max() < 1.0 / OTHER_MAXIMUM:
+    tests, references = _peaks(case.test), _peaks(case.reference)
+    if common := sorted(tests.keys() & references.keys()):
+        high, low = (np.array([one[name] for name in common]) for one in (tests, references))
+        if np.all(high > OTHER_MAXIMUM * low) or np.all(low > OTHER_MAXIMUM * high):
             notes.append(
-                f"EMG of all channels is {np.median(ratios):.2g} times as high in the tests as in "
-                "the references: other units, or other maxima"
+                f"EMG reaches {high.max():.2g} in the tests and {low.max():.2g} in the references, "
+                "and all channels differ as much: other units, or other maxima"
             )
     return notes
 
 
-def _with_emg(case: Case) -> list[list[GapTrial]]:
-    """Trials with EMG, by side; sides without any are left out."""
-    sides = ([t for t in side if t.emg is not None] for side in (case.test, case.reference))
-    return [side for side in sides if side]
+def _peaks(side: Sequence[GapTrial]) -> dict[str, float]:
+    """Largest value of each channel that all trials of a side with EMG have."""
+    series = [trial.emg for trial in side if trial.emg is not None]
+    if not series:
+        return {}
+    common = set.intersection(*(set(one.channels) for one in series))
+    return {
+        name: max(float(one.values[:, one.channels.index(name)].max()) for one in series)
+        for name in common
+    }
 
 
 def check_channels(case: Case) -> None:

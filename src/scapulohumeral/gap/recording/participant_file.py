@@ -64,8 +64,8 @@ def find_participant(tests: Sequence[Path], references: Sequence[Path] = ()) -> 
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )
     who = _read_yaml(path).get("id")
-    for other in {_beside(file.resolve().parent) for file in references} - {None, path}:
-        if (whose := _read_yaml(other).get("id")) != who:
+    for other in {_beside(file.resolve().parent) for file in references}:
+        if other is not None and (whose := _read_yaml(other).get("id")) != who:
             raise ConfigError(
                 f"{other}, id: '{whose}'; expected '{who}' as in {path}, since both sides are of "
                 "one person. Name the participant of all trials with --participant."

@@ -69,6 +69,8 @@ def run(options: argparse.Namespace, command: str) -> int:
             print(f"refused   {file.stem}: {error}")
             continue
         written.append(set(names))
+        if not any((options.out / f"{file.stem}{suffix}").is_file() for suffix in (".csv", ".mot")):
+            print(f"note      {file.stem}: {options.out} holds no trial of this name to belong to")
         for check in checks:
             if not check.passed:
                 left = "" if check.channel in names else " (left out)"

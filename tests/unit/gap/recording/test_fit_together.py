@@ -145,4 +145,4 @@ def test_other_units_of_all_channels_are_told() -> None:
     assert unlike_others(case(both, tests, reference=[weak])) == []
     weak.emg.values[:, 1] *= 0.02
     [note] = unlike_others(case(both, tests, reference=[weak]))
-    assert "50 times as high in the tests" in note
+    assert "EMG reaches 0.3 in the tests and 0.006 in the references" in note

@@ -17,6 +17,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import multivariate_normal
 
 from scapulohumeral.gap.curve_files import ControlsRow, LeftOutRow
 from scapulohumeral.gap.isolation.channel_gains import (
@@ -50,6 +51,10 @@ REDUCIBLE = 0.05
 
 
 PLACEBOS = 3
+
+
+# Errors of predictions may be as assumed or smaller: by how much of their variance.
+ERROR_PORTIONS = (0.0, 0.03, 0.1, 0.3, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,7 +301,7 @@ def _expected(
     What the tasks left out show themselves says too much: where what is left of them happens to be
     less than what two recordings are taken to differ by, all of the gap counts as removed. And few
     tasks say little of how different tasks can be. The errors that predictions are assumed to have
-    say more of both.
+    say more of both; the tasks left out say whether they are as large.
 
     Parameters
     ----------
@@ -305,15 +310,43 @@ def _expected(
     left : covariance (D, D) of what is expected to remain of each
     """
     rng = np.random.default_rng(seed)
-    values = []
-    for (part, predicted), covariance in zip(parts, left, strict=True):
+    drawn, log_density = [], []
+    for portion in ERROR_PORTIONS:
+        remains = [
+            part.covariance + portion * (covariance - part.covariance)
+            for (part, _), covariance in zip(parts, left, strict=True)
+        ]
+        drawn.append(_shares_of_more(parts, remains, rng))
+        log_density.append(
+            sum(
+                multivariate_normal.logpdf(part.delta - predicted, cov=covariance)
+                for (part, predicted), covariance in zip(parts, remains, strict=True)
+            )
+        )
+    if not any(drawn):
+        return share
+    probable = np.exp(np.array(log_density) - max(log_density))
+    weights = [w / len(shares) for shares, w in zip(drawn, probable, strict=True) for _ in shares]
+    low, median, high = np.quantile(
+        np.concatenate(drawn), [0.025, 0.5, 0.975], weights=weights, method="inverted_cdf"
+    )
+    ends = min(float(low), share.value), max(float(high), share.value)
+    return Share(float(median), ends, share.n_trials)
+
+
+def _shares_of_more(
+    parts: Sequence[tuple[Residual, np.ndarray]],
+    remains: Sequence[np.ndarray],
+    rng: np.random.Generator,
+) -> list[float]:
+    """Shares that further tasks like these would show, of which so much remains as covariance."""
+    shares = []
+    for (part, predicted), covariance in zip(parts, remains, strict=True):
         for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
             ratio = reducible_share(*remaining(part.of(predicted + rest), predicted))
             if ratio is not None:
-                values.append(ratio)
-    low, median, high = np.quantile([*values, share.value], [0.025, 0.5, 0.975])
-    ends = min(float(low), share.value), max(float(high), share.value)
-    return Share(float(median), ends, share.n_trials)
+                shares.append(ratio)
+    return shares
 
 
 def _ratio(pairs: np.ndarray) -> float | None:

@@ -26,10 +26,12 @@ def task(delta: np.ndarray) -> Residual:
     )
 
 
-def expected(predicted: float, left: float) -> Share:
-    """Of a task that a prediction of this size meets exactly; `left`: variance of its errors."""
+def expected(left: float, rest: float, predicted: float = 3.0) -> Share:
+    """Of two tasks that a prediction misses by `rest`; `left`: variance of its errors."""
     change = np.full(SIZE, predicted)
-    return _expected(OBSERVED, [(task(change), change)], [left * np.eye(SIZE)], seed=1)
+    sign = np.where(np.arange(SIZE) % 2, 1.0, -1.0)
+    parts = [(task(change + rest * sign), change)] * 2
+    return _expected(OBSERVED, parts, [left * np.eye(SIZE)] * 2, seed=1)
 
 
 def test_shares_of_tasks_are_those_of_their_root_mean_square() -> None:
@@ -39,17 +41,20 @@ def test_shares_of_tasks_are_those_of_their_root_mean_square() -> None:
     assert removed_of_tasks([(3.0, 4.0)]) == pytest.approx(-0.5)
 
 
-def test_one_more_task_is_expected_to_show_less_than_tasks_that_the_prediction_met() -> None:
-    # Root mean squares of one more task: sqrt(9 + left) before, sqrt(left) after.
-    for left in (2.0, 4.0):
-        share = expected(3.0, left)
-        asymptotic = (np.sqrt(9.0 + left) - np.sqrt(left)) / (np.sqrt(9.0 + left) - 1.0)
-        assert share.value == pytest.approx(asymptotic, abs=0.03)
-        assert share.ci95 is not None
-        assert share.ci95[0] < share.value < share.ci95[1] == OBSERVED.value
-    assert expected(3.0, 4.0).value < expected(3.0, 2.0).value
+@pytest.mark.parametrize("left", [2.0, 4.0])
+def test_one_more_task_is_expected_to_show_as_much_as_errors_leave(left: float) -> None:
+    """Root mean squares of one more task: sqrt(9 + left) before, sqrt(left) after."""
+    share = expected(left, rest=np.sqrt(left))
+    whole, after = np.sqrt(9.0 + left), np.sqrt(left)
+    assert share.value == pytest.approx((whole - after) / (whole - 1.0), abs=0.04)
+    assert share.ci95 is not None
+    assert share.ci95[0] < share.value < share.ci95[1] == OBSERVED.value
+    assert share.n_trials == OBSERVED.n_trials
+
+
+def test_errors_that_tasks_left_out_do_not_show_count_less() -> None:
+    assert expected(8.0, rest=1.0).value > 0.9 > 0.6 > expected(8.0, rest=3.0).value
 
 
 def test_a_prediction_without_errors_beyond_noise_is_expected_to_remove_almost_all() -> None:
-    assert expected(3.0, 1.0).value > 0.97
-    assert expected(3.0, 1.0).n_trials == OBSERVED.n_trials
+    assert expected(1.0, rest=1.0).value > 0.95

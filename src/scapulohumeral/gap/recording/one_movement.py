@@ -93,14 +93,17 @@ def _alike(pairs: Pairs) -> bool:
 
 
 def _confirmed(pairs: Pairs, reference: Sequence[GapTrial]) -> bool:
-    """Whether partners are nearer than other repeats, for as many trials as it takes."""
+    """Whether partners are nearer than other repeats, for as many trials as it takes.
+
+    Repeats with other times are other movements by these alone.
+    """
     compared = 0
     for one, partner in pairs:
         others = [o for o in reference if o.task == one.task and o is not partner]
         apart = [rise_apart([one], [o]) for o in others if _same_times(one, o)]
         if rise_apart([one], [partner]) > NEARER * min(apart, default=np.inf):
             return False
-        compared += bool(apart)
+        compared += bool(others)
     return compared >= CONFIRMED
 
 

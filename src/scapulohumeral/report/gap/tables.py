@@ -100,7 +100,8 @@ PLANTS = {
     "S": "Recorded motion, disturbed",
 }
 SIMULATED = ("P1", "P2")
-# Rule of cards that count gaps in answers that abstain; earlier ones left these out.
+# Rule of cards that count gaps in answers that abstain; earlier ones, the first without rules, left
+# these out.
 ALARMS_COUNTED = "claims_gap"
 # Columns of the history of draws: name, path in the scores of simulated persons.
 DRAW_SCORES = (
@@ -172,7 +173,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
                 str(card["scored"]["cases"]),
                 card["answered"]["code"][:16],
                 *(_in_draw(scores, path) for _, path in DRAW_SCORES),
-                "yes" if ALARMS_COUNTED in card["rules"] else "no",
+                "yes" if ALARMS_COUNTED in card.get("rules", ()) else "no",
                 _median(scores["amplitude"]["relative_error"]),
             )
         )

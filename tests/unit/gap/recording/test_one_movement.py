@@ -96,9 +96,9 @@ def test_one_trial_of_each_task_does_not_tell():
     more = case([*given.test, trial(2, skin=1.0)], [*given.reference, trial(2)])
     assert aligned(more).one_movement
     # Repeats with other times are other movements, whatever they look like.
-    for task in ("lift", "reach"):
+    for task, late_s in (("lift", 0.01), ("reach", 0.02)):
         other = trial(2, task)
-        later = Motion(other.time_s + 0.01, other.angles_rad)
+        later = Motion(other.time_s + late_s, other.angles_rad)
         other = replace(other, time_s=later.time_s, smooth=later)
         given = case(given.test, [*given.reference, other])
     assert aligned(given).one_movement

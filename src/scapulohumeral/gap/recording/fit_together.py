@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -168,7 +167,7 @@ def not_compared(case: Case) -> list[str]:
             f"EMG channels {', '.join(absent)} of the participant file are in no trial, nor in its "
             "companion STEM_emg.csv"
         )
-    further = Counter(name for channels in emg for name in channels if name not in known)
+    further = {name for channels in emg for name in channels} - set(known)
     if known and further:
         notes.append(
             f"EMG of {', '.join(sorted(further))} is not compared: not in emg.channels of the "

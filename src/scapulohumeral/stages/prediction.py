@@ -53,8 +53,8 @@ from scapulohumeral.stages.calibration import calibrated_muscles
 
 TRACKED = ("humerus", "elbow")
 STUDY = ProblemChoices()
-# Start where the joint may only be pressed [1, N]: -0.75 units of 800 N as in the notebooks of the
-# authors, which begin with no activation at all.
+# Start where the joint may only be pressed [1, N]: 0.75 units of 800 N as in the notebooks of the
+# authors, who begin with no activation at all and count the force of the humerus on the scapula.
 RESTING_ACTIVATION = 0.02
 RESTING_COMPRESSION_N = 600.0
 
@@ -346,7 +346,7 @@ def _relaxed(start: Trajectory) -> Trajectory:
     """
     activation = np.full_like(start.a, RESTING_ACTIVATION)
     reaction = np.zeros_like(start.reaction)
-    reaction[:, 0] = -RESTING_COMPRESSION_N
+    reaction[:, 0] = RESTING_COMPRESSION_N
     return replace(start, a=activation, e=activation.copy(), reaction=reaction)
 
 

@@ -16,7 +16,9 @@ from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
+from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.problems.chosen_problem import chosen_bounds
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.problems.problem_choices import ProblemChoices
@@ -202,3 +204,13 @@ def test_without_a_solved_neighbour_the_condition_is_reached_from_tracking(way):
     assert only.name == "tracking"
     assert [problem.objective.weights.guidance for problem in only.steps] == [1.0, 0.1, 0.0]
     assert capacities(only.steps) == [0.0, 0.0, 0.0]
+
+
+def test_a_joint_that_may_only_be_pressed_starts_pressed() -> None:
+    still = Trajectory(*(np.ones((3, width)) for width in (13, 10, 4, 4, 3)))
+    start = prediction._relaxed(still)
+    choices = ProblemChoices(largest_compression_N=1600.0)
+    low, high = chosen_bounds(choices, still.q).compression
+    assert np.all((low < start.reaction[:, 0]) & (start.reaction[:, 0] < high))
+    assert np.all(start.reaction[:, 1:] == 0.0)
+    np.testing.assert_array_equal(start.a, start.e)

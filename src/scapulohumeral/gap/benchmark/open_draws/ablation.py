@@ -30,7 +30,9 @@ Judge = Callable[[ScoredCase], tuple[Mapping[str, float], Sequence[str]]]
 
 def stages(weighing: Weighing) -> dict[str, Weighing]:
     """Weights of each stage: evidence in full, then one more thing taken into account at a time."""
-    evidence = replace(weighing, evidence=1.0, held_out=0.0, unknown=1.0, misled=0.0)
+    evidence = replace(
+        weighing, evidence=1.0, held_out=0.0, unknown=1.0, misled=0.0, foreign=0.0, moved=0.0
+    )
     held_out = replace(evidence, evidence=0.5, held_out=0.5)
     return {
         "evidence of refitted effects": evidence,

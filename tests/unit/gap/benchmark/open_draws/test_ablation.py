@@ -51,4 +51,6 @@ def test_each_stage_is_judged_by_what_it_has_alone(tmp_path, monkeypatch) -> Non
 def test_stages_take_one_more_thing_into_account_each() -> None:
     found = list(ablation.stages(START).values())
     assert [w.held_out > 0 for w in found] == [False, True, True]
+    for later in ("misled", "foreign", "moved"):
+        assert [getattr(w, later) > 0 for w in found] == [False, False, getattr(START, later) > 0]
     assert found[-1] == START

@@ -89,6 +89,10 @@ def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
     assert cli.main(["convert", str(recorded), *arguments, "--out", str(tmp_path)]) == 2
     assert "reach.csv: is read, and the result would replace it" in capsys.readouterr().err
     assert recorded.read_bytes() == before
+    tasks = ["--tasks", "(?P<task>[a-z]+)_(?P<repeat>[0-9]+)", "--out", str(tmp_path / "out")]
+    assert cli.main(["convert", str(recorded), *arguments, *BODY, *tasks]) == 2
+    assert "fits none of reach as a whole" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:

@@ -137,12 +137,15 @@ def run(options: argparse.Namespace, command: str) -> int:
 
 
 def _check_person(options: argparse.Namespace) -> None:
-    """Refuse half of what a participant file needs, before any recording is read.
+    """Refuse what no participant file can be made of, before any recording is read.
 
     Raises
     ------
-    ConfigError                      mass without height, or a name or tasks without either
+    ConfigError                      mass without height, a name or tasks without either, or a
+                                     pattern of tasks that fits no recording
     """
+    from scapulohumeral.laboratory.participant import task_and_repeat
+
     given = {"--body-mass": options.body_mass, "--height": options.height}
     missing = [name for name, value in given.items() if value is None]
     asked = [name for name in given if name not in missing]
@@ -155,6 +158,8 @@ def _check_person(options: argparse.Namespace) -> None:
             "participant file is made. Add what is missing, or leave the others out."
         )
     body_of(options)
+    if options.tasks:
+        task_and_repeat(options.tasks, [file.stem for file in options.recordings])
 
 
 def progress(line: str) -> None:

@@ -23,6 +23,7 @@ from scapulohumeral.gap.nominal.simulator import simulating_model
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import read_trials
 from scapulohumeral.gap.result import to_json
+from scapulohumeral.laboratory.participant import task_and_repeat
 from scapulohumeral.ocp.solution import write_solution
 
 pytestmark = pytest.mark.unit
@@ -300,3 +301,11 @@ def test_elevations_of_a_stored_solution(tmp_path: Path) -> None:
         path.stem: len(path.read_text().splitlines()) - 1 for path in (tmp_path / "cut").iterdir()
     }
     assert lengths == {"frontal": 10, "sagittal": 9}
+
+
+def test_names_of_recordings_say_task_and_repeat(recordings: Path) -> None:
+    for person, about in CASES.converted.items():
+        stems = [file.stem for file in (recordings / person).glob("*_[0-9].c3d")]
+        found = task_and_repeat(about.tasks, stems)
+        assert set(found) == set(stems)
+        assert {entry["task"] for entry in found.values()} == {"boire"}

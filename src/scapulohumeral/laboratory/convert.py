@@ -20,7 +20,7 @@ from scapulohumeral.laboratory.checks import (
     segment_lengths,
     thorax_shape,
 )
-from scapulohumeral.laboratory.folders import make_folder
+from scapulohumeral.laboratory.folders import check_names, make_folder
 from scapulohumeral.laboratory.markers.landmarks import Calibration, Landmarks, read_landmarks
 from scapulohumeral.laboratory.motions.opensim_motion import ModelMap, read_motions
 from scapulohumeral.laboratory.motions.orientations import OrientationMap, read_orientations
@@ -255,13 +255,7 @@ def write_outcomes(
     ------
     DataError                        two recordings have the same name
     """
-    names = [outcome.name for outcome in outcomes]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise DataError(
-            f"recordings named {', '.join(twice)} more than once; expected different names, which "
-            "become the names of the trials. Rename the files."
-        )
+    check_names("recordings", [outcome.name for outcome in outcomes])
     make_folder(folder)
     for outcome in outcomes:
         table = folder / f"{outcome.name}.csv"

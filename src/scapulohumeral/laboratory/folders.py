@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, DataError
 
 
 def make_folder(out: Path) -> None:
@@ -35,6 +35,26 @@ def check_kept(read: Iterable[Path], written: Iterable[Path]) -> None:
                 f"{path}: is read, and the result would replace it; expected another folder as "
                 "--out. Name one that holds no recordings."
             )
+
+
+def check_names(what: str, names: Sequence[str]) -> None:
+    """Refuse two files of one name, of which one would replace the other.
+
+    Parameters
+    ----------
+    what : is named so, for the message
+    names : without suffix
+
+    Raises
+    ------
+    DataError                        names those that stand more than once
+    """
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise DataError(
+            f"{what} named {', '.join(twice)} more than once; expected different names, which "
+            "become the names of the trials. Rename the files."
+        )
 
 
 def unwritable(out: Path, error: OSError) -> ConfigError:

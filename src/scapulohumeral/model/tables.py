@@ -156,6 +156,11 @@ class ModelTables:
         """Names of the muscle elements that are simulated, in the order of the table."""
         return tuple(name for name in self.muscles if name not in self.excluded_muscles)
 
+    @property
+    def active_groups(self) -> tuple[str, ...]:
+        """Names of the groups of these elements, in alphabetical order."""
+        return tuple(sorted({self.muscles[name].group for name in self.active_muscles}))
+
     def with_published_paths(self) -> ModelTables:
         """The same tables with the paths that the authors of the paper set by hand."""
         paths = self.published_paths

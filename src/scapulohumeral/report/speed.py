@@ -134,11 +134,10 @@ def peer_table(record: Record) -> Table:
 
 def _own_rows(own: Record) -> tuple[list[tuple[str, ...]], set[int]]:
     """This solver with its own and with a limited-memory Hessian; which of them to mark."""
-    seconds, other = (own[f"{n}_processor_seconds"] for n in ("tracking", "limited_memory"))
+    seconds, whole = (own[f"{n}_processor_seconds"] for n in ("tracking", "limited_memory"))
     reached = own["limited_memory_seconds"] is not None
+    other = own["limited_memory_seconds"] if reached else whole
     first, second = (str(own[f"{n}_iterations"]) for n in ("tracking", "limited_memory"))
-    if reached:
-        other = own["limited_memory_seconds"]
     limited = (
         f"{other:.1f}",
         second,

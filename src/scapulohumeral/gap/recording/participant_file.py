@@ -182,13 +182,12 @@ def check_groups(participant: GapParticipant, tables: Path) -> None:
     ------
     ConfigError                      names channel, group, and the groups there are
     """
-    model = read_tables(tables)
-    groups = {model.muscles[name].group for name in model.active_muscles}
+    groups = read_tables(tables).active_groups
     for channel, names in participant.emg_channels.items():
-        for name in sorted(set(names) - groups):
+        for name in sorted(set(names) - set(groups)):
             raise ConfigError(
                 f"participant {participant.id}, emg.channels.{channel}: no muscle group '{name}'; "
-                f"expected one of {', '.join(sorted(groups))}. "
+                f"expected one of {', '.join(groups)}. "
                 "Correct the name."
             )
 

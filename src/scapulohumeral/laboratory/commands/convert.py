@@ -102,9 +102,7 @@ def _write_participant(
     names = [outcome.name for outcome in usable]
     trials = participant.task_and_repeat(options.tasks, names) if options.tasks else {}
     for task in dict.fromkeys(entry["task"] for entry in trials.values()):
-        print(
-            f"task {task}:", *(name for name in names if trials.get(name, {}).get("task") == task)
-        )
+        print(f"task {task}:", *(name for name, entry in trials.items() if entry["task"] == task))
     if options.tasks and len(trials) < len(names):
         print("no task by --tasks:", *(name for name in names if name not in trials))
     person = participant.Person(

@@ -53,9 +53,7 @@ def run(options: argparse.Namespace, command: str) -> int:
 
     make_folder(options.out)
     emg_map = emg_files.read_emg_map(options.map)
-    model = read_tables(MODEL_TABLES)
-    groups = {model.muscles[name].group for name in model.active_muscles}
-    emg_files.check_muscles(emg_map, sorted(groups))
+    emg_files.check_muscles(emg_map, read_tables(MODEL_TABLES).active_groups)
     pipeline = emg_files.read_pipeline(options.config)
     contractions = emg_files.read_contractions(options.mvc, emg_map, pipeline)
     written: list[set[str]] = []

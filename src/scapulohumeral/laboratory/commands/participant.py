@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scapulohumeral.errors import DataError
 from scapulohumeral.provenance import MODEL_TABLES
 
 if TYPE_CHECKING:
@@ -62,6 +61,7 @@ def body_of(options: argparse.Namespace) -> Body:
 def run(options: argparse.Namespace, command: str) -> int:
     """Write the participant and say where; returns the exit code."""
     from scapulohumeral.laboratory.body_size import scale_factors
+    from scapulohumeral.laboratory.folders import check_names
     from scapulohumeral.laboratory.markers.frames import thorax_frame
     from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
     from scapulohumeral.laboratory.markers.marker_map import read_marker_map
@@ -76,13 +76,8 @@ def run(options: argparse.Namespace, command: str) -> int:
         [(thorax_frame(static.points), static.up) for static in statics]
     )
     person = Person(options.id, body, scale, gravity)
+    check_names("trials", [table.stem for table in options.trials])
     trials = {table.stem: table for table in options.trials}
-    if len(trials) < len(options.trials):
-        twice = sorted({t.stem for t in options.trials if trials[t.stem] != t})
-        raise DataError(
-            f"trials named {', '.join(twice)} more than once; expected different names, which "
-            "become the names of the study's motions. Rename the tables."
-        )
     path = write_study_participant(options.out, person, tables, trials)
     print(f"{path}: {len(trials)} trials; scale factors", *_listed(scale))
     return 0

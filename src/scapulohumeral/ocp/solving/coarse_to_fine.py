@@ -103,10 +103,9 @@ def _over_meshes(
         result = _solve(
             family, mesh, point, _on_the_way(settings, nodes, mesh, of_neighbour), recorder
         )
-        if not result.optimal and not settings.coarse and found is None:
-            # There was no way to it that another start could avoid.
-            return result
         if not result.optimal:
+            if not settings.coarse and found is None:
+                return result  # there was no way to it that another start could avoid
             return _fallen_back(family, nodes, start, settings, recorder, result)
         point, before = result.point, mesh
     return replace(result, meshes=(*settings.coarse, nodes))

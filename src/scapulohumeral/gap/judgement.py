@@ -204,20 +204,21 @@ def _scores(
         return scores
     weights = {f.label: scores[f.label].log_weight(weighing) for f in found.integrated}
     hopeful = {label for label, w in weights.items() if w > max(weights.values()) - HOPELESS}
+    asked = log_predictive(
+        [f for f in found.every if f.label in hopeful],
+        evidence.residuals,
+        evidence.suppositions,
+        settings.signature_error,
+    )
+    # What was not asked falls behind its evidence as far as any cause did that was.
+    behind = min(predictive - logs[label] for label, predictive in asked.items())
     predictive = {
-        **log_predictive(
-            [f for f in found.every if f.label in hopeful],
-            evidence.residuals,
-            evidence.suppositions,
-            settings.signature_error,
-        ),
+        **{label: log + behind for label, log in logs.items()},
+        **asked,
         **log_predictive_of_others(evidence.residuals, evidence.unknown_inputs.columns),
     }
-    # What was not asked predicts no better than the worst that was.
-    least = min(predictive.values())
     return {
-        label: replace(score, log_predictive=predictive.get(label, least))
-        for label, score in scores.items()
+        label: replace(score, log_predictive=predictive[label]) for label, score in scores.items()
     }
 
 

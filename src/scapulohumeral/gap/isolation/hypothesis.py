@@ -130,6 +130,7 @@ class Fit:
     x : (P,) internal parameters; covariance : (P, P) of them
     log_evidence : log density of the difference, whitened
     moved_deg : supposed size of another movement [deg], which is part of the noise
+    unbounded : (P,) where the density is largest without bounds at zero, which x may be held at
     mimicked : what was taken off the log evidence of a pair, see `pairs.paired`
     """
 
@@ -138,6 +139,7 @@ class Fit:
     covariance: np.ndarray
     log_evidence: float
     moved_deg: float
+    unbounded: np.ndarray
     mimicked: float = 0.0
 
     @property
@@ -157,7 +159,7 @@ class Fit:
         curvature, axes = np.linalg.eigh(np.outer(sd, sd) * np.linalg.inv(self.covariance))
         told = np.maximum(curvature - 1.0, LEAST_TOLD)
         # The prior pulls what the data ask for toward zero.
-        asked = (1.0 + told) / told * (axes.T @ (self.x / sd))
+        asked = (1.0 + told) / told * (axes.T @ (self.unbounded / sd))
         return tuple(map(Direction, told.tolist(), np.abs(asked).tolist()))
 
     def with_evidence(self, log_evidence: float) -> Fit:

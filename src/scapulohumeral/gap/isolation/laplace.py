@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 from scipy.stats import chi2
 
+from scapulohumeral.gap.isolation.allowed import constraints, log_share
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.model_error import SignatureError
 from scapulohumeral.gap.residual.residual import Residual
@@ -42,23 +43,25 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     different = sorted({tuple(start) for start in starts})
     settled = (system.settled(np.array(start)) for start in different)
     x, error = min(((x, system.error(x)) for x in settled), key=lambda found: system.loss(*found))
-    curvature = system.slope.T @ error.solve(system.slope) + np.diag(hypothesis.prior_sd**-2.0)
+    curvature = system.curvature(error)
+    covariance = np.linalg.inv(curvature)
     left = system.left(x)
-    one_sided = np.sum((low >= 0.0) | (high <= 0.0))
     _, logdet = np.linalg.slogdet(curvature)
+    unbounded, log_allowed = system.allowed(x, error)
     log_evidence = (
         error.log_density(error.squares(left), len(left))
         - residual.log_volume
         + _log_prior(hypothesis, x)
-        + one_sided * np.log(2.0)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
+        + log_allowed
     )
     return Fit(
         hypothesis,
         x,
-        np.linalg.inv(curvature),
+        covariance,
         log_evidence,
         moved_deg=residual.moved_deg,
+        unbounded=unbounded,
     )
 
 
@@ -93,6 +96,36 @@ class _System:
         left = self.left(x)
         density = error.log_density(error.squares(left), len(left))
         return -density - _log_prior(self.hypothesis, x)
+
+    def curvature(self, error: SignatureError) -> np.ndarray:
+        """That of the negative log density, (P, P), with the error of one prediction."""
+        told = self.slope.T @ error.solve(self.slope)
+        return told + np.diag(self.hypothesis.prior_sd**-2.0)
+
+    def allowed(self, x: np.ndarray, error: SignatureError) -> tuple[np.ndarray, float]:
+        """Where the density is largest without constraints at zero, (P,), and what these cost.
+
+        The latter is the logarithm of the integral over what is allowed, over Laplace's: the share
+        of the density that is allowed, over that of the prior. Parameters (P,) at a bound far from
+        zero stay there.
+        """
+        low, high = self.hypothesis.bounds
+        free = ~(((x <= low) & (low < 0.0)) | ((x >= high) & (high > 0.0)))
+        rows = constraints(low, high, self.hypothesis.order, free)
+        unbounded = x.copy()
+        if not len(rows):
+            return unbounded, 0.0
+        varying = np.ix_(free, free)
+        curvature = self.curvature(error)
+        slope = -self.slope.T @ error.solve(self.left(x)) + x / self.hypothesis.prior_sd**2
+        step = np.linalg.solve(curvature[varying], -slope[free])
+        unbounded[free] += step
+        covariance = np.zeros_like(curvature)
+        covariance[varying] = np.linalg.inv(curvature[varying])
+        gained = 0.5 * float(step @ curvature[varying] @ step)
+        prior = np.diag(self.hypothesis.prior_sd**2)
+        share = log_share(rows, unbounded, covariance)
+        return unbounded, gained + share - log_share(rows, np.zeros_like(x), prior)
 
     def settled(self, start: np.ndarray) -> np.ndarray:
         """Parameters (P,) that least squares with the error of their own prediction returns.

@@ -81,4 +81,5 @@ def movement_fit(residuals: Mapping[float, Residual], log_evidence: float) -> Fi
         np.array([[variance]]),
         log_evidence,
         moved_deg=other.moved_deg,
+        unbounded=np.array([size]),
     )

@@ -12,7 +12,7 @@ import numpy as np
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, of_person
 from scapulohumeral.gap.isolation.hypothesis import Fit, strongest
-from scapulohumeral.gap.isolation.laplace import no_gap_evidence
+from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.pairs import paired
 from scapulohumeral.gap.isolation.refit import refit
@@ -30,10 +30,13 @@ CLOSE = 3.0
 INVISIBLE = 0.5
 # Effects that are solved again side by side; those that come next depend on what these tell.
 AT_ONCE = 2
-# Share of what an effect's derivative explains, in log evidence, that a new solution may add: twice
-# as much as any did. In two golden cases and one of the benchmark 14 new solutions added up to 0.16
-# of it where there was EMG, and up to 0.07 to motion alone.
-ADDED = 0.35
+# Share of what an effect's derivative explains, in log evidence, that a new solution may add. In
+# two golden cases and one of the benchmark 14 new solutions added up to 0.16 of it; of three large
+# effects of opened draws, 0.75 to 0.98.
+ADDED = 1.0
+# A solution whose parameters end further than so many prior spreads from where the movements were
+# solved is an extrapolation: the movements are solved once more.
+SETTLED = 0.25
 # Effects between simulations that are solved again at most, the strongest first: each takes 8 s,
 # and an answer is due within three minutes on two cores.
 MOST_OF_SIMULATIONS = 24
@@ -148,7 +151,7 @@ class _Told:
 
     def next(self, able: Sequence[Fit], count: int) -> list[Fit]:
         """The effects to be solved again next, of those that a new solution may change."""
-        left = [f for f in able if f.label not in self.done]
+        left = [f for f in able if f.label not in self.done and self._may_count(f)]
         expected = [
             f.with_evidence(f.log_evidence + self.gains.get(family(f.label), 0.0)) for f in left
         ]
@@ -158,14 +161,17 @@ class _Told:
             ranked = [f for f in ranked if best[family(f.label)] is f]
         labels = {f.label for f in ranked[:count]}
         self.done |= labels
-        return [f for f in left if f.label in labels and self._may_count(f)]
+        return [f for f in left if f.label in labels]
 
     def _may_count(self, first: Fit) -> bool:
-        """Whether a new solution may bring an effect near the strongest; records cost nothing."""
+        """Whether a new solution may bring an effect near the strongest; records cost nothing.
+
+        Members of one family gain as differently as families do.
+        """
         if not first.hypothesis.effects[0].changes_body:
             return True
         explained = max(first.log_evidence - self.nothing[first.moved_deg], 0.0)
-        gain = self.gains.get(family(first.label), ADDED * explained)
+        gain = max(self.gains.get(family(first.label), 0.0), ADDED * explained)
         return self._weight(first) + gain > self.strongest - self.behind
 
     def alternatives(self, first: Fit) -> list[Fit]:
@@ -246,10 +252,37 @@ def _pairs(
 
 
 def _refit_each(fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel) -> list[Fit]:
-    """Those of some fits that can be solved again, as they are solved."""
+    """Those of some fits that can be solved again, as they are solved, with every other movement.
+
+    What a cause does when it is solved may need no other movement beside it, where its derivative
+    did to mend its shape.
+    """
     what = evidence.signatures, model, evidence.sensors, evidence.settings
-    solved = (_refit_or_keep(one, evidence.residuals[one.moved_deg], *what) for one in fits)
-    return [one for one in solved if one is not None]
+    found: list[Fit] = []
+    for one in fits:
+        solved = _refit_or_keep(one, evidence.residuals[one.moved_deg], *what)
+        if solved is None:
+            continue
+        each = _with_other_movements(solved, evidence)
+        best = max(each, key=lambda f: f.log_evidence)
+        if _far(best):
+            solved = _refit_or_keep(best, evidence.residuals[best.moved_deg], *what)
+            each = each if solved is None else _with_other_movements(solved, evidence)
+        found += each
+    return found
+
+
+def _with_other_movements(solved: Fit, evidence: Evidence) -> list[Fit]:
+    """A solved hypothesis with each size of another movement, first the one it was solved for."""
+    error = evidence.settings.signature_error
+    others = (c for size, c in evidence.residuals.items() if size != solved.moved_deg)
+    return [solved, *(fit(solved.hypothesis, residual, error) for residual in others)]
+
+
+def _far(one: Fit) -> bool:
+    """Whether parameters are far from where movements were solved."""
+    way = abs(one.x - one.hypothesis.at) / one.hypothesis.prior_sd
+    return bool(np.any(way > SETTLED))
 
 
 def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:

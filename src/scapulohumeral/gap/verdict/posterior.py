@@ -5,6 +5,7 @@ Probabilities hold if the cause is in the library, and as far as their weights a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -49,11 +50,6 @@ class Score:
         """Log density with the parameters that data ask for, which pay nothing."""
         return self.log_evidence - self._cost(1.0)
 
-    @cached_property
-    def _told_and_asked(self) -> np.ndarray:
-        """Both of all directions (2, R)."""
-        return np.array(self.directions).T
-
     def log_weight(self, weighing: Weighing) -> float:
         """Log probability up to a constant.
 
@@ -77,11 +73,12 @@ class Score:
         The log density of data of some weight, integrated over priors, less that of what the data
         ask for: the volume of the prior that is left, and how far from its middle that is.
         """
-        if not self.directions:
-            return 0.0
-        told, asked = self._told_and_asked
-        told = weight * told
-        return -0.5 * float(np.sum(np.log1p(told) + asked**2 * told / (1.0 + told)))
+        # One to three numbers each, thousands of times where weights are fitted: no arrays.
+        cost = 0.0
+        for way in self.directions:
+            told = weight * way.told
+            cost += math.log1p(told) + way.asked**2 * told / (1.0 + told)
+        return -0.5 * cost
 
 
 @dataclass(frozen=True)

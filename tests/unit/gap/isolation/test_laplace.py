@@ -80,15 +80,50 @@ def test_evidence_of_no_gap_is_the_density_of_the_difference(loud):
     assert loud.log_volume == pytest.approx(0.5 * np.linalg.slogdet(loud.covariance)[1])
 
 
-def test_evidence_of_an_effect_is_the_density_integrated_over_its_prior(loud):
-    """Inside of its bounds; an amplitude of one sign only has twice the prior density."""
-    h = hypothesis(DAMPING, 1, size=0.5)
-    there = replace(loud, delta=loud.delta + h.slope @ [1.2])
+def exact_evidence(h, there, draws=400_000):
+    """Log density of a difference integrated over the prior of what a hypothesis allows.
+
+    The density for all values, times the share of the posterior that is allowed over the prior's.
+    """
     slope = h.slope * h.prior_sd
-    density = multivariate_normal(np.zeros(SIZE), there.covariance + slope @ slope.T)
-    assert h.bounds[0][0] == 0.0
-    expected = density.logpdf(there.delta) + np.log(2.0)
-    assert fit(h, there, 0.0).log_evidence == pytest.approx(expected)
+    everywhere = multivariate_normal(np.zeros(SIZE), there.covariance + slope @ slope.T)
+    weighted = np.linalg.solve(there.covariance, slope)
+    spread = np.linalg.inv(slope.T @ weighted + np.eye(slope.shape[1]))
+    mean, rng = spread @ weighted.T @ there.delta, np.random.default_rng(0)
+    normal = rng.normal(size=(draws, len(mean)))
+    low, high = h.bounds
+    share = []
+    for z in (mean + normal @ np.linalg.cholesky(spread).T, normal):
+        inside = np.all((z >= 0.0) | (low < 0.0), axis=1) & np.all(
+            (z <= 0.0) | (high > 0.0), axis=1
+        )
+        share.append(np.mean(inside & np.all([z[:, i] <= z[:, j] for i, j in h.order], axis=0)))
+    return everywhere.logpdf(there.delta) + np.log(share[0] / share[1])
+
+
+@pytest.mark.parametrize(
+    ("effect", "true"),
+    [
+        (DAMPING, [1.2]),
+        (DAMPING, [0.0]),
+        (DAMPING, [-0.5]),
+        (GAIN, [-1.0, -0.4]),
+        (GAIN, [-0.5, -0.5]),
+        (GAIN, [-0.5, 0.1]),
+        (GAIN, [0.0, 0.0]),
+    ],
+)
+def test_evidence_of_an_effect_is_the_density_integrated_over_its_prior(loud, effect, true):
+    """Of damping, which is not negative, and of two factors that are one at most, in one order."""
+    h = hypothesis(effect, 1, size=0.5 if effect is DAMPING else 1.5)
+    there = replace(loud, delta=loud.delta + h.slope @ true)
+    assert fit(h, there, 0.0).log_evidence == pytest.approx(exact_evidence(h, there), abs=0.15)
+
+
+def test_an_effect_that_nothing_tells_of_has_the_evidence_of_no_gap(loud):
+    for effect in (DAMPING, GAIN):
+        h = hypothesis(effect, 1, size=1e-6)
+        assert fit(h, loud, 0.0).log_evidence == pytest.approx(no_gap_evidence(loud), abs=0.02)
 
 
 @pytest.mark.parametrize("weight", [1.0, 0.2])

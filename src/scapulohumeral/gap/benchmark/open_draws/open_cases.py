@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -65,21 +66,23 @@ class OpenCase:
 
     def p_cause(self, weighing: Weighing) -> float:
         """Probability of the cause."""
-        return sum(self._each(self.cause, weighing))
+        every = self.probabilities(weighing).every
+        return sum(every[label] for label in self._causes)
 
     def p_best(self, weighing: Weighing) -> float:
         """Probability of the most probable right answer."""
-        return max(self._each(self.right, weighing), default=0.0)
+        every = self.probabilities(weighing).every
+        return max((p for label, p in every.items() if matches_any(label, self.right)), default=0.0)
 
     def held(self, weighing: Weighing) -> bool:
         """Whether the 90 % set holds a right answer."""
         labels = set90(self.probabilities(weighing), weighing, self.about.heard)
         return any(matches_any(label, self.right) for label in labels)
 
-    def _each(self, labels: Sequence[str], weighing: Weighing) -> list[float]:
-        """Probability of each answer that is one of some labels."""
-        every = self.probabilities(weighing).every
-        return [p for label, p in every.items() if matches_any(label, labels)]
+    @cached_property
+    def _causes(self) -> tuple[str, ...]:
+        """Answers that are the cause."""
+        return tuple(label for label in self.scores if matches_any(label, self.cause))
 
 
 def read_open_cases(draws: Mapping[str, Mapping[str, str]]) -> list[OpenCase]:

@@ -33,7 +33,9 @@ from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.problems.composite import Composite, compose, composite_target
 from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
 from scapulohumeral.problems.posed_problem import (
+    PosedProblem,
     SolveSettings,
+    Target,
     hashes,
     header,
     pose,
@@ -42,6 +44,7 @@ from scapulohumeral.problems.posed_problem import (
     store,
 )
 from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
+from scapulohumeral.stages.tracking import held_load
 
 SCHEMA = "calibration/1"
 KINDS = ("force", "fibre")
@@ -91,6 +94,12 @@ class _Study:
     composite: Composite
     envelopes: np.ndarray
     simulated: bool
+    hand_load_kg: float
+
+    def posed(self, target: Target, settings: SolveSettings) -> PosedProblem:
+        """Problem of the composite motion with generic muscles and what the hand holds."""
+        generic = muscle_parameters(self.model.record)
+        return pose(self.model, generic, target, settings, self.hand_load_kg)
 
     @property
     def emg(self) -> EmgTerm:
@@ -204,6 +213,7 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
         composite=composite,
         envelopes=table,
         simulated=simulated,
+        hand_load_kg=held_load(files.model, composite.nodes),
     )
 
 
@@ -216,8 +226,7 @@ def _paper_estimate(
 ) -> Trajectory:
     """Solve the paper's problem, store it, and return its trajectory with the scalers."""
     target = composite_target(study.composite, emg=study.emg)
-    generic = muscle_parameters(study.model.record)
-    posed = replace(pose(study.model, generic, target, settings.solve), scalers=study.scalers)
+    posed = replace(study.posed(target, settings.solve), scalers=study.scalers)
     result = solve_posed(posed, study.composite.trajectory, settings.solve, solver_log)
     about = header(
         posed,
@@ -226,6 +235,7 @@ def _paper_estimate(
         participant=files.model.participant.parent.name,
         trial="composite",
         emg_simulated=study.simulated,
+        hand_load_kg=study.hand_load_kg,
         hashes=hashes(
             files.model,
             [files.channels, *files.tracked, *files.envelopes],
@@ -240,8 +250,7 @@ def _paper_estimate(
 
 def _refined_estimate(study: _Study, settings: CalibrationSettings, first: Trajectory) -> Refined:
     """Refine from the motion of the paper's problem, without EMG in the objective."""
-    generic = muscle_parameters(study.model.record)
-    posed = pose(study.model, generic, composite_target(study.composite), settings.solve)
+    posed = study.posed(composite_target(study.composite), settings.solve)
     evidence = Evidence(
         channels=study.emg.channels,
         envelopes=study.envelopes,

@@ -1,20 +1,31 @@
 """What a calibration says of its scalers, how it is scored, and who uses it."""
 
 import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from emg_study import CHANNELS, CONFIG, ENVELOPE
 from muscle_record import muscle_record
-from small_posed import small_settings
+from small_posed import small_model, small_settings
+from synthetic_study import PARTICIPANTS, solution
 
+from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.envelope import Envelopes, write_envelopes
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.composite import composite_target
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.stages import calibration
 from scapulohumeral.stages.calibration import (
+    CalibrationFiles,
     CalibrationSettings,
     calibrated_muscles,
     describe,
@@ -181,3 +192,26 @@ def test_calibrated_muscles_are_scaled_by_group(tmp_path):
     np.testing.assert_array_equal(
         muscles.max_isometric_force[outside], generic.max_isometric_force[outside]
     )
+
+
+def test_hand_holds_what_it_held_when_the_elevations_were_recorded(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    person = Path(shutil.copytree(PARTICIPANTS / "par2", tmp_path / "par2")) / "participant.yaml"
+    text = person.read_text(encoding="utf-8")
+    person.write_text(text.replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"), encoding="utf-8")
+    solved = solution("par2", "frontal", "quaternion")
+    write_solution(solved, tmp_path / "frontal.npz")
+    time, flat = solved.time_s[[0, -1]], np.full((2, len(CHANNELS.names)), 0.3)
+    write_envelopes(tmp_path / "emg.csv", Envelopes(CHANNELS.names, time, flat, simulated=True))
+    model = replace(small_model(quaternion_equations), record=muscle_record())
+    monkeypatch.setattr(calibration, "load_model", lambda _: model)
+    files = CalibrationFiles(
+        model=ModelFiles(person, *[Path("unread")] * 4),
+        channels=TABLE,
+        tracked=[tmp_path / "frontal.npz"],
+        envelopes=[tmp_path / "emg.csv"],
+    )
+    study = calibration._read(files, SETTINGS)
+    posed = study.posed(composite_target(study.composite), SETTINGS.solve)
+    assert unpack(posed.parameters)["mass_load"] == 1.5

@@ -165,8 +165,21 @@ def describe(
 
 
 def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
-    """Calibrated values, shape (2, G), forces first."""
-    groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
+    """Calibrated values, shape (2, G), forces first.
+
+    Raises
+    ------
+    SolveError                       a calibration that did not converge: its values are no result
+    """
+    document = json.loads(path.read_text(encoding="utf-8"))
+    # Published scalers have no status.
+    if document.get("status", "converged") != "converged":
+        raise SolveError(
+            f"{path}: this calibration did not converge in {document['iterations']} iterations. Its "
+            "scalers are no result; look at its key history, raise "
+            "calibration.refinement.iterations, then calibrate again"
+        )
+    groups = document["groups"]
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
 
 

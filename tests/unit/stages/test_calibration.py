@@ -16,7 +16,7 @@ from synthetic_study import PARTICIPANTS, solution
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.ocp.solving.solver import Start
@@ -215,3 +215,15 @@ def test_hand_holds_what_it_held_when_the_elevations_were_recorded(
     study = calibration._read(files, SETTINGS)
     posed = study.posed(composite_target(study.composite), SETTINGS.solve)
     assert unpack(posed.parameters)["mass_load"] == 1.5
+
+
+def test_calibration_that_did_not_converge_is_no_result(tmp_path):
+    record = muscle_record()
+    kinds = {kind: entry(1.1, 0.1) for kind in ("force", "fibre")}
+    document = {"groups": dict.fromkeys(CHANNELS.groups, kinds), "iterations": 8}
+    path = tmp_path / "par2_scalers.json"
+    path.write_text(json.dumps(document | {"status": "not converged"}), encoding="utf-8")
+    with pytest.raises(SolveError, match=r"par2_scalers.json: .* not converge in 8 iterations"):
+        calibrated_muscles(record, TABLE, path)
+    path.write_text(json.dumps(document | {"status": "converged"}), encoding="utf-8")
+    assert (read_scalers(path, muscle_groups(record, CHANNELS)) == 1.1).all()

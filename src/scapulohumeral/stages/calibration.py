@@ -20,6 +20,7 @@ from scipy.stats import norm
 
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.accuracy import channel_gain
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
 from scapulohumeral.errors import DataError, SolveError
@@ -82,6 +83,10 @@ class CalibrationSettings:
     envelope: EnvelopeSettings
     refinement: RefinementSettings
     identifiable: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        """Refuse envelopes whose gain is not known, before anything is solved."""
+        channel_gain(self.envelope)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +180,8 @@ def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
     # Published scalers have no status.
     if document.get("status", "converged") != "converged":
         raise SolveError(
-            f"{path}: this calibration did not converge in {document['iterations']} iterations. Its "
-            "scalers are no result; look at its key history, raise "
+            f"{path}: this calibration did not converge in {document['iterations']} iterations. "
+            "Its scalers are no result; look at its key history, raise "
             "calibration.refinement.iterations, then calibrate again"
         )
     groups = document["groups"]

@@ -50,6 +50,11 @@ SETTINGS = CalibrationSettings(
 )
 
 
+def test_window_whose_gain_is_not_known_is_refused_before_the_solve():
+    with pytest.raises(ConfigError, match=r"mvc_window_s: 0.5; .* measured for 0, 1, 3 s"):
+        replace(SETTINGS, envelope=replace(ENVELOPE, mvc_window_s=0.5))
+
+
 def refined(values, sd) -> Refined:
     """A refined result with independent scalers."""
     covariance = np.diag(np.ravel(sd) ** 2)

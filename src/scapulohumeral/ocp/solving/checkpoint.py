@@ -1,6 +1,7 @@
 """Interrupted solves go on where they were: iterates on disk, and a clean end on SIGTERM.
 
-A checkpoint belongs to one problem, told by the hash of all that it is made of, its start included.
+A checkpoint belongs to one problem, told by the hash of all that it is made of, its start included,
+and to one task that solves it: others may solve the same at the same time.
 It is written beside its place and moved there, so that it is complete whenever the process dies,
 and removed when the problem is solved.
 
@@ -53,7 +54,7 @@ class Checkpoint:
 
     Attributes
     ----------
-    folder : named by the hash of the problem
+    folder : named by the task and the hash of the problem
     """
 
     folder: Path

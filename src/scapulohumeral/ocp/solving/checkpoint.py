@@ -36,12 +36,15 @@ class Iterate:
     Attributes
     ----------
     nodes : of its mesh; phase : Hessian mode; barrier : barrier parameter
+    iterations, seconds : spent on the problem until then, by interrupted processes too
     free : (n,); multipliers : (m,); lower, upper : (n,) of the bounds
     """
 
     nodes: int
     phase: str
     barrier: float
+    iterations: int
+    seconds: float
     free: np.ndarray
     multipliers: np.ndarray
     lower: np.ndarray
@@ -83,6 +86,8 @@ class Checkpoint:
                 nodes=int(data["nodes"]),
                 phase=str(data["phase"]),
                 barrier=float(data["barrier"]),
+                iterations=int(data["iterations"]),
+                seconds=float(data["seconds"]),
                 free=data["free"],
                 multipliers=data["multipliers"],
                 lower=data["lower"],

@@ -7,7 +7,8 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.configuration.check import read_recovery, read_sensitivity
+from scapulohumeral.configuration.check import REMEDY, read_recovery, read_sensitivity
+from scapulohumeral.documents import read_yaml
 from scapulohumeral.problems import sensitivity, variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
@@ -23,6 +24,10 @@ wildcard_constraints:
     model="[a-z0-9_]+(-[a-z0-9_]+)+",
     formulation="quaternion|euler",
 
+
+# Refuses a key that stands twice, of which Snakemake takes the last without a word.
+for each in workflow.configfiles:
+    read_yaml(Path(each), REMEDY)
 
 PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")

@@ -149,6 +149,18 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
             "never comes to a solution",
         ),
         (lambda c: c["model"].update(masses="weighed"), "key 'model.masses'"),
+        (
+            lambda c: c["prediction"]["conditions"]["cuff_w2"].update(muscles=["suprra", "infra"]),
+            "'prediction.conditions.cuff_w2.muscles' names suprra; the model simulates no such",
+        ),
+        (
+            lambda c: c["variants"]["predict"].update(published={"par8": ["healthy"]}),
+            "'variants.predict' names 'par8'",
+        ),
+        (
+            lambda c: c["variants"]["named"]["published"]["problem"].update(stpos=False),
+            "'variants.named.published.problem' has stpos, which is no choice of a problem. Choose",
+        ),
     ],
 )
 def test_names_of_nothing_are_refused(change: Edit, said: str) -> None:

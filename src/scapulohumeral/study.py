@@ -133,7 +133,8 @@ class Study:
     def conditions(self, participant: str) -> list[str]:
         """Conditions that are predicted for a participant."""
         chosen = self.config["prediction"]
-        return [*chosen["predict"], *chosen["predict_also"].get(participant, [])]
+        also = chosen["predict_also"].get(participant, [])
+        return list(dict.fromkeys([*chosen["predict"], *also]))
 
     def predicted(self) -> list[tuple[str, str]]:
         """All pairs of participant and condition that are predicted."""

@@ -66,6 +66,11 @@ def test_predictions_are_those_of_all_and_those_of_one() -> None:
     assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
 
 
+def test_a_condition_that_is_asked_for_twice_is_predicted_once() -> None:
+    twice = study(lambda c: c["prediction"].update(predict_also={"par3": ["healthy", "cuff_w2"]}))
+    assert twice.conditions("par3") == ["healthy", "cuff_w2"]
+
+
 def test_healthy_shoulder_follows_the_tasks_that_a_participant_has() -> None:
     def asked(*names: str) -> Edit:
         return lambda config: config["prediction"].update(tasks=list(names))

@@ -132,6 +132,11 @@ def wrong_rate(session: Session) -> None:
     session.suffix, session.tail = ".trc", "rate"
 
 
+def other_encoding(session: Session) -> None:
+    """The header holds a path with an umlaut, as exported under Windows."""
+    session.suffix, session.tail = ".trc", "encoding"
+
+
 def empty_file(session: Session) -> None:
     """A file that is no recording."""
     session.tail = "empty"
@@ -166,6 +171,7 @@ TABLE = [
     Broken("wrong vertical", lying_down, "thorax_tilted"),
     Broken("uneven rate", uneven_time, "column time_s: "),
     Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
+    Broken("other encoding", other_encoding, "trial.trc: byte 25 is no text in UTF-8. Save"),
     Broken("text among numbers", text_cell, "'lost' is not a number"),
     Broken("not a C3D file", empty_file, "not a C3D file"),
     Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
@@ -200,6 +206,8 @@ def convert(session: Session) -> int:
     elif session.tail == "rate":
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace("100.0\t", "50\t", 1), encoding="utf-8")
+    elif session.tail == "encoding":
+        file.write_bytes(file.read_bytes().replace(b"(X/Y/Z)\t", b"(X/Y/Z)\tM\xfcller", 1))
     elif session.tail == "empty":
         file.write_bytes(b"")
     elif session.tail == "suffix":
@@ -253,7 +261,7 @@ def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
 
 EMG_TABLE = [
     ("silent contraction", lambda sound: np.zeros_like(sound), "silent", 2),
-    ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 0),
+    ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 2),
     ("weak contraction", lambda sound: 0.1 * sound, "trial: above_mvc", 0),
 ]
 

@@ -68,7 +68,8 @@ class CalibrationSettings:
 
     Attributes
     ----------
-    solve : settings of both estimates; the weights hold ``emg`` and ``parameters``
+    solve : time step and weights of both estimates, among them ``emg`` and ``parameters``, and how
+        the paper's problem is solved; the refinement has a tolerance of its own
     pause_s : pauses of the composite motion
     force_bounds, fibre_bounds : bounds of the scalers [1]
     envelope : how EMG envelopes were made

@@ -33,6 +33,10 @@ from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.problems.posed_problem import PosedProblem
 
+# Of the solves between two steps of the scalers, whatever that of the study: they are smoothed by
+# the barrier, and differ far more.
+TOLERANCE = 1e-6
+
 
 @dataclass(frozen=True)
 class RefinementSettings:
@@ -239,7 +243,9 @@ def _linearise(
     theta = np.concatenate([state.values.ravel(), state.times])
     posed = replace(posed, muscles=muscles_of(theta))
     result = solve(
-        posed.problem, start, SolverSettings(tolerance=1e-6, barrier_target=settings.barrier_target)
+        posed.problem,
+        start,
+        SolverSettings(tolerance=TOLERANCE, barrier_target=settings.barrier_target),
     )
     if not result.optimal:
         raise SolveError(f"refinement: scalers {state.values.round(3).tolist()}: {result.message}")

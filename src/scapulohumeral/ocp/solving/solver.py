@@ -65,7 +65,7 @@ class SolverSettings:
     ----------
     strategy : "automatic", "exact", "gauss-newton" or "limited-memory"
     tolerance : IPOPT's scaled optimality error
-    max_iterations : over all phases
+    max_iterations : of the last phase, on each mesh; phases before it have fewer of their own
     gauss_newton_iterations : most iterations of the first phase of "automatic"
     barrier_start, barrier_exact : first barrier parameter of a cold start and of the exact phase
     barrier_target : slack times multiplier of every bound at the solution; above 0 the solution is

@@ -145,15 +145,26 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def last_commit(path: Path) -> str:
-    """Short hash and date of the commit that last changed a file, or why there is none."""
-    command = ["git", "log", "-1", "--format=%h of %cs", "--", path.name]
+    """Short hash and date of the commit that last changed a file, or why there is none.
+
+    Says so if the file has been changed since.
+    """
     try:
-        found = subprocess.run(
-            command, cwd=path.resolve().parent, capture_output=True, text=True, check=False
-        )
+        commit = _git(path, "log", "-1", "--format=%h of %cs")
+        changed = _git(path, "status", "--porcelain")
     except FileNotFoundError:
         return "no commit: there is no git on this machine"
-    return found.stdout.strip() or "no commit: these files are not under version control"
+    if not commit:
+        return "no commit: these files are not under version control"
+    return f"{commit}, with changes that are not committed" if changed else commit
+
+
+def _git(path: Path, *command: str) -> str:
+    """What git says of a file."""
+    asked = ["git", *command, "--", path.name]
+    folder = path.resolve().parent
+    found = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
+    return found.stdout.strip()
 
 
 def environment_versions() -> dict[str, str]:

@@ -120,18 +120,19 @@ def _source_files(modules: Iterable[str], root: Path) -> dict[str, Path]:
 
 def code_hash(module: str) -> str:
     """SHA-256 over names and contents of `code_of` a module, the same in every checkout."""
-    return _hash_files((path.relative_to(SOURCE_ROOT), path) for path in code_of(module))
+    files = code_of(module)
+    return _hash((path.relative_to(SOURCE_ROOT).as_posix(), path.read_bytes()) for path in files)
 
 
 def input_hash(paths: Iterable[Path | str]) -> str:
-    """SHA-256 over names (without folder) and contents of files, in the order of their names.
+    """SHA-256 over names (without folder) and contents of files, in the order of both.
 
     Raises
     ------
     FileNotFoundError
         If one of the files is missing.
     """
-    return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
+    return _hash(sorted((path.name, path.read_bytes()) for path in map(Path, paths)))
 
 
 def file_hash(path: Path) -> str:
@@ -201,11 +202,10 @@ def absolute_origin(node: ast.ImportFrom, package: str) -> str:
     return ".".join([*parts, node.module] if node.module else parts)
 
 
-def _hash_files(files: Iterable[tuple[Path, Path]]) -> str:
-    """SHA-256 over pairs of (name, file); lengths keep neighbouring contents apart."""
+def _hash(files: Iterable[tuple[str, bytes]]) -> str:
+    """SHA-256 over pairs of (name, content); lengths keep neighbouring contents apart."""
     digest = hashlib.sha256()
-    for name, path in files:
-        content = path.read_bytes()
-        digest.update(f"{name.as_posix()}:{len(content)}:".encode())
+    for name, content in files:
+        digest.update(f"{name}:{len(content)}:".encode())
         digest.update(content)
     return digest.hexdigest()

@@ -95,6 +95,18 @@ def test_input_hash_follows_content_and_name_but_not_order(tmp_path: Path) -> No
     )
 
 
+def test_input_hash_does_not_follow_folders(tmp_path: Path) -> None:
+    """The same files are the same inputs, wherever results and participants lie."""
+    hashes = set()
+    for folders in (("x", "y"), ("y", "x")):
+        paths = [tmp_path / "".join(folders) / folder for folder in folders]
+        for path, name in zip(paths, ("a.csv", "b.csv"), strict=True):
+            path.mkdir(parents=True)
+            (path / name).write_text(name, encoding="utf-8")
+        hashes.add(provenance.input_hash([paths[0] / "a.csv", paths[1] / "b.csv"]))
+    assert len(hashes) == 1
+
+
 def test_files_of_folders_inside_count_and_folders_do_not(tmp_path: Path) -> None:
     (tmp_path / "paths").mkdir()
     for name in ("paths/b.csv", "a.csv"):

@@ -90,6 +90,13 @@ def test_finished_study_has_nothing_to_do(finished: Path, rerun: Rerun) -> None:
     assert rerun() == set()
 
 
+def test_texts_about_the_model_rerun_nothing(finished: Path, rerun: Rerun) -> None:
+    for name, made in (("README.md", False), ("muscles.csv", True)):
+        path = finished / "config/model" / name
+        path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+        assert bool(rerun()) == made, name
+
+
 def test_prediction_weight_reruns_predictions(finished: Path, rerun: Rerun) -> None:
     edit(finished, lambda config: config["weights"]["prediction"].update(activation=1.5))
     made = rerun()

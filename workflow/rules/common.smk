@@ -31,7 +31,12 @@ for each in workflow.configfiles:
 
 PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
-MODEL_TABLES = list(map(str, provenance.files_below(Path("config/model"))))
+# Texts about the tables are no part of a model.
+MODEL_TABLES = [
+    str(path)
+    for path in provenance.files_below(Path("config/model"))
+    if path.suffix in (".csv", ".yaml")
+]
 MUSCLES = ("generic", "calibrated")
 # The condition of static postures and of daily tasks.
 HEALTHY = "healthy"

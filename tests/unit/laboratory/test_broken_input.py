@@ -193,8 +193,11 @@ TABLE = [
 ]
 
 
-def convert(session: Session) -> int:
-    """Write the session and convert it by the command line; returns the exit code."""
+def convert(session: Session, *more: str) -> int:
+    """Write the session and convert it by the command line; returns the exit code.
+
+    `more`: further arguments of the command.
+    """
     file = session.folder / f"trial{session.suffix}"
     made.WRITERS[session.suffix](file, made.marked(session.points), unit=session.unit)
     lines = file.read_text(encoding="utf-8").splitlines() if session.suffix == ".csv" else []
@@ -214,7 +217,7 @@ def convert(session: Session) -> int:
         file = file.rename(file.with_suffix(".xlsx"))
     map_file = made.write_map(session.folder / "map.yaml", session.map_text)
     out = str(session.folder / "out")
-    return cli.main(["convert", str(file), "--map", str(map_file), "--out", out])
+    return cli.main(["convert", str(file), "--map", str(map_file), "--out", out, *more])
 
 
 @pytest.fixture(name="session")
@@ -242,6 +245,18 @@ def test_broken_sessions_are_named(
     assert broken.said in captured.out + captured.err
     table = session.folder / "out" / "trial.csv"
     assert table.exists() == (broken.code == 0)
+
+
+def test_without_a_sound_recording_there_is_no_participant_to_write(
+    session: Session, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is the recording that is wrong, not the map or an option."""
+    swap("IJ", "C7")(session)
+    assert convert(session, "--body-mass", "70", "--height", "1.7") == 2
+    captured = capsys.readouterr()
+    assert "it needs a recording without a fault, see above" in captured.out
+    assert "--body-mass" not in captured.out + captured.err
+    assert "look at " in captured.out
 
 
 def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:

@@ -1,6 +1,8 @@
 # Commands of the study. `make help` lists them.
 
 CORES ?= 2
+# Memory that jobs may use together [MB]: one solve per core.
+MEMORY_MB ?= $(shell echo $$((4000 * $(CORES))))
 PYTHON ?= python3.11
 RECORDINGS ?= none
 
@@ -17,8 +19,9 @@ export PATH := $(CURDIR)/.venv/bin:$(PATH)
 # The stamp is written last, so an interrupted installation is started again.
 environment := .venv/complete
 
-study := snakemake --workflow-profile workflow/profiles/default --cores $(CORES)
-quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml --cores $(CORES)
+limits := --cores $(CORES) --resources mem_mb=$(MEMORY_MB)
+study := snakemake --workflow-profile workflow/profiles/default $(limits)
+quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml $(limits)
 
 # Score cards are named by when their keys were sealed, so that one draw is kept once.
 sealed = json.load(open('$(1)'))['sealed']['date'].replace(':', '')

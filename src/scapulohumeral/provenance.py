@@ -120,18 +120,19 @@ def _source_files(modules: Iterable[str], root: Path) -> dict[str, Path]:
 
 def code_hash(module: str) -> str:
     """SHA-256 over names and contents of `code_of` a module, the same in every checkout."""
-    return _hash_files((path.relative_to(SOURCE_ROOT), path) for path in code_of(module))
+    files = code_of(module)
+    return _hash((path.relative_to(SOURCE_ROOT).as_posix(), path.read_bytes()) for path in files)
 
 
 def input_hash(paths: Iterable[Path | str]) -> str:
-    """SHA-256 over names (without folder) and contents of files, in the order of their names.
+    """SHA-256 over names (without folder) and contents of files, in the order of both.
 
     Raises
     ------
     FileNotFoundError
         If one of the files is missing.
     """
-    return _hash_files((Path(path.name), path) for path in sorted(map(Path, paths)))
+    return _hash(sorted((path.name, path.read_bytes()) for path in map(Path, paths)))
 
 
 def file_hash(path: Path) -> str:
@@ -145,15 +146,26 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def last_commit(path: Path) -> str:
-    """Short hash and date of the commit that last changed a file, or why there is none."""
-    command = ["git", "log", "-1", "--format=%h of %cs", "--", path.name]
+    """Short hash and date of the commit that last changed a file, or why there is none.
+
+    Says so if the file has been changed since.
+    """
     try:
-        found = subprocess.run(
-            command, cwd=path.resolve().parent, capture_output=True, text=True, check=False
-        )
+        commit = _git(path, "log", "-1", "--format=%h of %cs")
+        changed = _git(path, "status", "--porcelain")
     except FileNotFoundError:
         return "no commit: there is no git on this machine"
-    return found.stdout.strip() or "no commit: these files are not under version control"
+    if not commit:
+        return "no commit: these files are not under version control"
+    return f"{commit}, with changes that are not committed" if changed else commit
+
+
+def _git(path: Path, *command: str) -> str:
+    """What git says of a file."""
+    asked = ["git", *command, "--", path.name]
+    folder = path.resolve().parent
+    found = subprocess.run(asked, cwd=folder, capture_output=True, text=True, check=False)
+    return found.stdout.strip()
 
 
 def environment_versions() -> dict[str, str]:
@@ -190,11 +202,10 @@ def absolute_origin(node: ast.ImportFrom, package: str) -> str:
     return ".".join([*parts, node.module] if node.module else parts)
 
 
-def _hash_files(files: Iterable[tuple[Path, Path]]) -> str:
-    """SHA-256 over pairs of (name, file); lengths keep neighbouring contents apart."""
+def _hash(files: Iterable[tuple[str, bytes]]) -> str:
+    """SHA-256 over pairs of (name, content); lengths keep neighbouring contents apart."""
     digest = hashlib.sha256()
-    for name, path in files:
-        content = path.read_bytes()
-        digest.update(f"{name.as_posix()}:{len(content)}:".encode())
+    for name, content in files:
+        digest.update(f"{name}:{len(content)}:".encode())
         digest.update(content)
     return digest.hexdigest()

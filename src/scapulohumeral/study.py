@@ -6,7 +6,7 @@ The workflow turns this into files. It is planned without reading any recorded m
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,10 @@ from scapulohumeral.configuration.check import check_config
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.participant_file import list_participants, read_participant_file
+from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
+from scapulohumeral.provenance import MODEL_TABLES
 
 # Where a prediction may start that is no other prediction.
 STARTS = ("tracking", "direct")
@@ -131,7 +133,8 @@ class Study:
     def conditions(self, participant: str) -> list[str]:
         """Conditions that are predicted for a participant."""
         chosen = self.config["prediction"]
-        return [*chosen["predict"], *chosen["predict_also"].get(participant, [])]
+        also = chosen["predict_also"].get(participant, [])
+        return list(dict.fromkeys([*chosen["predict"], *also]))
 
     def predicted(self) -> list[tuple[str, str]]:
         """All pairs of participant and condition that are predicted."""
@@ -211,6 +214,9 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     also = [name for name, asked in config["prediction"]["predict_also"].items() if asked]
     _check_names("prediction.predict_also", also, folder)
     _check_names("prediction.generic_muscles", config["prediction"]["generic_muscles"], folder)
+    variants = config["variants"]["predict"].values()
+    asked = [name for people in variants for name, conditions in people.items() if conditions]
+    _check_names("variants.predict", asked, folder)
     _check_recordings(study)
     _check_conditions(study)
     _check_variants(study)
@@ -270,6 +276,7 @@ def _check_conditions(study: Study) -> None:
                     f"Config key 'prediction.{key}' names '{name}', which 'prediction.conditions' "
                     f"does not describe. Choose from: {', '.join(conditions)}"
                 )
+    _check_muscles(conditions)
     for name in conditions:
         passed = [name]
         while (start := conditions[passed[-1]]["start"]) not in STARTS:
@@ -281,6 +288,18 @@ def _check_conditions(study: Study) -> None:
                     f"Write one of: {', '.join((*STARTS, *others))}"
                 )
             passed.append(start)
+
+
+def _check_muscles(conditions: Mapping[str, Any]) -> None:
+    """Refuse limited muscles that the model does not simulate."""
+    groups = read_tables(MODEL_TABLES).active_groups
+    for name, condition in conditions.items():
+        unknown = [muscle for muscle in condition["muscles"] if muscle not in groups]
+        if unknown:
+            raise ConfigError(
+                f"Config key 'prediction.conditions.{name}.muscles' names {', '.join(unknown)}; "
+                f"the model simulates no such group. Choose from: {', '.join(groups)}"
+            )
 
 
 def _check_variants(study: Study) -> None:
@@ -306,6 +325,13 @@ def _check_variants(study: Study) -> None:
                 f"Config section 'variants' asks for the condition '{name}', which "
                 f"'prediction.conditions' does not describe. Choose from: {', '.join(conditions)}"
             )
-    for variant in described.values():
+    known = [choice.name for choice in fields(ProblemChoices)]
+    for name, variant in described.items():
         read_choices({**study.config["model"], **variant.model})
+        unknown = [choice for choice in variant.problem if choice not in known]
+        if unknown:
+            raise ConfigError(
+                f"Config key 'variants.named.{name}.problem' has {', '.join(unknown)}, which is no "
+                f"choice of a problem. Choose from: {', '.join(known)}"
+            )
         ProblemChoices(**variant.problem)

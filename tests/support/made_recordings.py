@@ -61,7 +61,8 @@ def segments(angles: np.ndarray, model: ModelTables) -> dict[str, tuple[np.ndarr
     clavicle = (np.tile(place["sc1"], (count, 1)), turn["SC"])
     scapula = (clavicle[0] + turn["SC"] @ place["ac1"], turn["SC"] @ turn["AC"])
     humerus = (scapula[0] + scapula[1] @ place["gh1"], scapula[1] @ turn["GH"])
-    fixed = Rotation.from_euler("xyz", model.joints["hu"].orientation_rad)
+    # Body-fixed, as OpenSim has it.
+    fixed = Rotation.from_euler("XYZ", model.joints["hu"].orientation_rad)
     axis = np.array(model.coordinates["EL_x"].axis)
     axis = axis / np.linalg.norm(axis)
     bend = fixed * Rotation.from_rotvec(angles[:, 9:] * axis)

@@ -3,5 +3,5 @@
 # Usage: local_queue.sh NOTES THREADS MEMORY_MB MINUTES SCRIPT
 notes=$1
 echo "$2 threads, $3 MB, $4 min" >> "$notes"
-sh "$5" > "$notes.$$.log" 2>&1 &
-echo $!
+(setsid --wait sh "$5" > "$notes.$$.log" 2>&1; echo $? > "$notes.$$.code") > /dev/null &
+echo $$

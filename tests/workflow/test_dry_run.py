@@ -146,6 +146,14 @@ def test_missing_key_is_refused(
     assert f"key '{name}': is missing" in result.stdout
 
 
+def test_key_that_stands_twice_is_refused(snakemake: Run, tmp_path: Path) -> None:
+    path = tmp_path / "twice.yaml"
+    path.write_text("planes: [frontal]\nplanes: [sagittal]\n", encoding="utf-8")
+    result = snakemake("--dry-run", "--configfile", str(path))
+    assert result.returncode != 0
+    assert "twice.yaml: cannot be read as YAML: key 'planes' more than once" in result.stdout
+
+
 def changed_config(
     repository: Path, folder: Path, section: str | None, key: str, value: object
 ) -> str:

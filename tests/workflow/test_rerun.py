@@ -5,6 +5,7 @@ of them it would make again.
 """
 
 import csv
+import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
@@ -88,6 +89,37 @@ def rerun(finished: Path, tmp_path: Path) -> Iterator[Rerun]:
 def test_finished_study_has_nothing_to_do(finished: Path, rerun: Rerun) -> None:
     assert set(TARGETS) < set(results(finished))
     assert rerun() == set()
+
+
+def test_texts_about_the_model_rerun_nothing(finished: Path, rerun: Rerun) -> None:
+    for name, made in (("README.md", False), ("muscles.csv", True)):
+        path = finished / "config/model" / name
+        path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+        assert bool(rerun()) == made, name
+
+
+def test_sensitivity_may_follow_any_recording(finished: Path, rerun: Rerun) -> None:
+    path = finished / "config/sensitivity.yaml"
+    text = path.read_text(encoding="utf-8").replace("planes: [scapular]", "planes: [lifting_5kg]")
+    path.write_text(text, encoding="utf-8")
+    command = ["snakemake", "--dry-run", "--", "results/sensitivity/par2/healthy/base.npz"]
+    planned = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=False)
+    assert planned.returncode == 0, planned.stderr
+    assert "participant par2, lifting_5kg" in planned.stdout
+
+
+def test_diagram_of_the_rules_follows_them(finished: Path) -> None:
+    diagram = finished / "results/dag.mmd"
+    diagram.touch()
+    rules = finished / "workflow/rules/bench.smk"
+    command = ["snakemake", "--workflow-profile", PROFILE, "--dry-run", "--", "results/dag.mmd"]
+    planned = []
+    for changed in (False, True):
+        if changed:
+            os.utime(rules, (diagram.stat().st_mtime + 60,) * 2)
+        done = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=True)
+        planned.append("Diagram of the rules" in done.stdout)
+    assert planned == [False, True]
 
 
 def test_prediction_weight_reruns_predictions(finished: Path, rerun: Rerun) -> None:

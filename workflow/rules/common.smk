@@ -7,7 +7,8 @@ from pathlib import Path
 import yaml
 
 from scapulohumeral import provenance
-from scapulohumeral.configuration.check import read_recovery, read_sensitivity
+from scapulohumeral.configuration.check import REMEDY, read_recovery, read_sensitivity
+from scapulohumeral.documents import read_yaml
 from scapulohumeral.problems import sensitivity, variants
 from scapulohumeral.study import WHOLE_RECORDINGS, planned
 
@@ -24,9 +25,18 @@ wildcard_constraints:
     formulation="quaternion|euler",
 
 
+# Refuses a key that stands twice, of which Snakemake takes the last without a word.
+for each in workflow.configfiles:
+    read_yaml(Path(each), REMEDY)
+
 PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
-MODEL_TABLES = list(map(str, provenance.files_below(Path("config/model"))))
+# Texts about the tables are no part of a model.
+MODEL_TABLES = [
+    str(path)
+    for path in provenance.files_below(Path("config/model"))
+    if path.suffix in (".csv", ".yaml")
+]
 MUSCLES = ("generic", "calibrated")
 # The condition of static postures and of daily tasks.
 HEALTHY = "healthy"

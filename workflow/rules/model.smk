@@ -75,6 +75,7 @@ rule sample_muscle_geometry:
 
 rule fit_muscle_geometry:
     input:
+        participant=PARTICIPANT_FILE,
         samples="results/muscle_geometry/{participant}/{formulation}_samples.npz",
         model="results/models/{participant}.json",
         recordings=recordings,
@@ -101,6 +102,7 @@ rule fit_muscle_geometry:
 
 rule fit_thorax:
     input:
+        participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         recordings=elevations,
         code=code_of("scapulohumeral.stages.thorax"),

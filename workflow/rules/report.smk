@@ -141,6 +141,9 @@ rule draw_readme_pictures:
 
 
 rule dag:
+    input:
+        workflow=["Snakefile", *sorted(map(str, Path("workflow/rules").glob("*.smk")))],
+        config="config/config.yaml",
     output:
         diagram="results/dag.mmd",
     log:

@@ -14,7 +14,7 @@ rule change_tracking:
     benchmark:
         "results/benchmarks/change_tracking/{participant}_{case}_{plane}.jsonl"
     wildcard_constraints:
-        plane="[a-z]+",
+        plane="|".join(SENSITIVITY.planes),
     params:
         case=lambda wildcards: asdict(CASES[wildcards.case]),
         random_turn_deg=SENSITIVITY.random_turn_deg,

@@ -46,6 +46,7 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
 
 use rule fit_muscle_geometry as fit_variant_geometry with:
     input:
+        participant=PARTICIPANT_FILE,
         samples="results/variants/geometry/{model}/{participant}/{formulation}_samples.npz",
         model="results/variants/models/{model}/{participant}.json",
         recordings=recordings,

@@ -28,6 +28,6 @@ def run_tests(snakemake: Any) -> None:
     arguments = ["-m", "results", "-ra", "-p", "no:cacheprovider", *chosen]
     if pytest.main(arguments, plugins=[StudyFiles()]) != pytest.ExitCode.OK:
         raise DataError(
-            "Results miss what they must reach: the tests that failed are listed above. "
-            "The report shows the same at its top."
+            "Results miss what they must reach: the tests that failed are listed above, each with "
+            "the file that it is about."
         )

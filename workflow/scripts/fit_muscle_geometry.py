@@ -20,7 +20,7 @@ settings = FitSettings(
 fit = fit_muscle_geometry(samples, model, snakemake.wildcards.formulation, settings)
 save_geometry(fit.geometry, Path(snakemake.output.geometry))
 
-recordings = [Path(path) for path in snakemake.input.recordings]
+participant = Path(snakemake.input.participant)
 dynamics = compiled.load(Path(snakemake.input.equations))
-quality = assess_muscle_geometry(fit, samples, model, recordings, dynamics, settings)
+quality = assess_muscle_geometry(fit, samples, model, participant, dynamics, settings)
 quality.to_csv(snakemake.output.quality, index=False, float_format="%.6g")

@@ -6,10 +6,10 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.stages.thorax import fit_thorax
+from scapulohumeral.stages.thorax import fit_participant_thorax
 
-fit_thorax(
+fit_participant_thorax(
     model=Path(snakemake.input.model),
-    recordings=[Path(path) for path in snakemake.input.recordings],
+    participant=Path(snakemake.input.participant),
     thorax=Path(snakemake.output.thorax),
 )

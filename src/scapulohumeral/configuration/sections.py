@@ -104,7 +104,12 @@ class Solve(Section):
         key("Largest scaled optimality error at which IPOPT stops [1].", ge=1.0e-10, le=1.0e-2),
     ]
     max_iterations: Annotated[
-        Whole, key("Iterations after which a solve counts as failed [1].", ge=1, le=20000)
+        Whole,
+        key(
+            "Iterations of the last phase of a solve, after which it counts as failed [1].",
+            ge=1,
+            le=20000,
+        ),
     ]
     hessian: Annotated[
         Literal["automatic", "exact", "gauss-newton", "limited-memory"],
@@ -298,7 +303,7 @@ class Prediction(Section):
     ]
     max_iterations: Annotated[
         Whole,
-        key("Iterations after which a solve of a prediction counts as failed [1].", ge=1, le=20000),
+        key("As in section solve, of solves on the way to a prediction [1].", ge=1, le=20000),
     ]
     audit_every: Annotated[
         Whole,

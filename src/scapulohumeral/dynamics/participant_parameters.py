@@ -16,7 +16,9 @@ from scapulohumeral.dynamics.parameters import BALL_JOINTS, GIRDLE_JOINTS, pack,
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
+    axis_rotation,
     euler_to_quaternion,
+    joint_rotation,
     quaternion_to_matrix,
 )
 
@@ -93,7 +95,7 @@ def girdle_range(record: ModelRecord) -> dict[str, list[float]]:
 
 def elbow_axis(record: ModelRecord) -> Array:
     """Unit flexion axis in the humerus frame, shape (3,)."""
-    axis = _fixed_rotation(record, "hu") @ np.array(record.axes["EL_x"])
+    axis = joint_rotation(record.joints["hu"].orientation_rad) @ np.array(record.axes["EL_x"])
     return axis / np.linalg.norm(axis)
 
 
@@ -161,12 +163,12 @@ def forearm(record: ModelRecord) -> tuple[float, Array, Array, Array]:
 
 def forearm_frames(record: ModelRecord) -> dict[str, tuple[Array, Array]]:
     """Where ulna, radius and hand are in the forearm: origin (3,) [m] and rotation (3, 3)."""
-    rotation, origin = _fixed_rotation(record, "hu"), np.zeros(3)
-    spin = _axis_rotation(np.array(record.axes["PS_y"]), record.pronation_rad)
+    rotation, origin = joint_rotation(record.joints["hu"].orientation_rad), np.zeros(3)
+    spin = axis_rotation(np.array(record.axes["PS_y"]), record.pronation_rad)
     frames = {"ulna_r": (origin, rotation)}
     for segment, joint, turn in (("radius_r", "ur", spin), ("hand_r", "rc", np.eye(3))):
         origin = origin + rotation @ np.array(record.joints[joint].location_m)
-        rotation = rotation @ _fixed_rotation(record, joint) @ turn
+        rotation = rotation @ joint_rotation(record.joints[joint].orientation_rad) @ turn
         frames[segment] = (origin, rotation)
     return frames
 
@@ -197,21 +199,6 @@ def muscle_parameters(record: ModelRecord) -> MuscleParameters:
             max_velocity=hill.v_max,
         ),
     )
-
-
-def _fixed_rotation(record: ModelRecord, joint: str) -> Array:
-    """Rotation of a joint's frame in its parent body (frame-fixed x-y-z angles)."""
-    x, y, z = record.joints[joint].orientation_rad
-    matrix = np.eye(3)
-    for axis, angle in ((0, x), (1, y), (2, z)):
-        matrix = matrix @ _axis_rotation(np.eye(3)[axis], angle)
-    return matrix
-
-
-def _axis_rotation(axis: Array, angle: float) -> Array:
-    half = 0.5 * angle
-    unit = axis / np.linalg.norm(axis)
-    return quaternion_to_matrix(np.array([np.cos(half), *(np.sin(half) * unit)]))
 
 
 def _matrix(inertia) -> Array:

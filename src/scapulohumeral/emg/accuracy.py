@@ -10,13 +10,12 @@ noise of a sample            10.7 % of the excitation: +-0.021 at 0.2, the same 
 its correlation              samples closer than 0.12 s share it, so a second of envelope
                              holds about eight independent values
 gain of a channel            reads 1.5 % low, +-1.9 % from channel to channel, because the MVC
-                             is itself the largest of several noisy means. The same for all
-                             trials of a participant, so that longer trials do not help
+                             is itself the largest of several noisy means; 5.6 +- 2.4 % low for
+                             means over 1 s instead of 3 s, and 23 +- 4 % for the largest value
+                             (0 s). The same for all trials of a participant, so that longer
+                             trials do not help
 at rest                      0.0025 of MVC: the electrode noise
 ===========================  ==============================================================
-
-With the largest value of the MVC envelope (window of 0 s) instead of its largest mean over 3 s, the
-gain would read 23 +- 4 % low; over 1 s, 5.6 +- 2.4 %.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from scapulohumeral.emg.envelope import EnvelopeSettings
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import Array
 
 # The table above, at the low-pass it was measured with.
@@ -31,9 +31,8 @@ MEASURED_CUTOFF_HZ = 4.0
 NOISE_SHARE = 0.107
 CORRELATION_TIME_S = 0.118
 REST_LEVEL = 0.0025
-# For contractions held 5 s and a window of 3 s.
-GAIN_BIAS = -0.015
-GAIN_SD = 0.019
+# Mean and standard deviation of gain - 1 by window [s], for contractions held 5 s.
+GAINS = {0.0: (-0.23, 0.04), 1.0: (-0.056, 0.024), 3.0: (-0.015, 0.019)}
 
 
 def noise_sd(values: Array, settings: EnvelopeSettings) -> Array:
@@ -52,6 +51,23 @@ def noise_sd(values: Array, settings: EnvelopeSettings) -> Array:
     """
     share = NOISE_SHARE * np.sqrt(settings.cutoff_hz / MEASURED_CUTOFF_HZ)
     return np.maximum(share * values, REST_LEVEL)
+
+
+def channel_gain(settings: EnvelopeSettings) -> tuple[float, float]:
+    """Mean and standard deviation over channels of gain - 1 [1], by the window of the MVC.
+
+    Raises
+    ------
+    ConfigError                      a window that the gain was not measured for
+    """
+    window = settings.mvc_window_s
+    if window not in GAINS:
+        raise ConfigError(
+            f"emg.envelope.mvc_window_s: {window}; a calibration has to know by how much channels "
+            f"then read low, which was measured for {', '.join(f'{w:g}' for w in GAINS)} s. "
+            "Choose one of these."
+        )
+    return GAINS[window]
 
 
 def correlation_time_s(settings: EnvelopeSettings) -> float:

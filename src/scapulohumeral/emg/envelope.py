@@ -117,14 +117,30 @@ def normalised_envelopes(
             f"{mvc.source}: channels {', '.join(mvc.channels)}; expected those of {raw.source}: "
             f"{', '.join(raw.channels)}. Read both with the same list."
         )
-    share = linear_envelope(raw, settings) / mvc_amplitudes(mvc, settings)
+    amplitudes = mvc_amplitudes(mvc, settings)
+    refuse_silent(mvc.source, mvc.channels, amplitudes)
+    return scaled_envelopes(raw, amplitudes, settings, delay_s, mvc.simulated)
+
+
+def scaled_envelopes(
+    raw: Recording,
+    amplitudes_v: Array,
+    settings: EnvelopeSettings,
+    delay_s: float,
+    simulated: bool = False,
+) -> Envelopes:
+    """Process a raw recording by amplitudes (C,) [V] of maximal contractions, all above zero.
+
+    `simulated`: whether the contractions are; the rest is that of :func:`normalised_envelopes`.
+    """
+    share = linear_envelope(raw, settings) / amplitudes_v
     clock = raw.time_s - delay_s
     # Tolerance of rounded time stamps, in samples of the envelope.
     first = math.ceil(clock[0] * settings.rate_hz - 1e-3)
     last = math.floor(clock[-1] * settings.rate_hz + 1e-3)
     time = np.arange(first, last + 1) / settings.rate_hz
     values = np.column_stack([np.interp(time, clock, column) for column in share.T])
-    return Envelopes(raw.channels, time, values, raw.simulated or mvc.simulated)
+    return Envelopes(raw.channels, time, values, raw.simulated or simulated)
 
 
 def band_passed(recording: Recording, settings: EnvelopeSettings) -> Array:
@@ -168,7 +184,7 @@ def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:
 
     Raises
     ------
-    DataError                        a silent channel, or a recording shorter than the window
+    DataError                        a recording shorter than the window
     """
     envelope = linear_envelope(mvc, settings)
     window = max(1, round(settings.mvc_window_s * mvc.rate_hz))
@@ -178,14 +194,22 @@ def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:
             f"emg.envelope.mvc_window_s: {settings.mvc_window_s} s. Shorten the window."
         )
     sums = np.cumsum(np.vstack([np.zeros(len(mvc.channels)), envelope]), axis=0)
-    amplitudes = ((sums[window:] - sums[:-window]) / window).max(axis=0)
-    for name, amplitude in zip(mvc.channels, amplitudes, strict=True):
+    return ((sums[window:] - sums[:-window]) / window).max(axis=0)
+
+
+def refuse_silent(source: str, channels: Sequence[str], amplitudes_v: Array) -> None:
+    """Refuse amplitudes (C,) [V] of maximal contractions that nothing can be scaled by.
+
+    Raises
+    ------
+    DataError                        names what was recorded and the channel
+    """
+    for name, amplitude in zip(channels, amplitudes_v, strict=True):
         if not amplitude > 0.0:
             raise DataError(
-                f"{mvc.source}, channel {name}: silent; expected a maximal contraction. "
+                f"{source}, channel {name}: silent; expected a maximal contraction. "
                 "Check the electrode, and repeat the recording."
             )
-    return amplitudes
 
 
 def write_envelopes(path: Path, envelopes: Envelopes) -> None:

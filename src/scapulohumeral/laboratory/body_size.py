@@ -10,7 +10,7 @@ import numpy as np
 from scapulohumeral.errors import DataError
 from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
-from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.rotations import Array, joint_rotation
 from scapulohumeral.model.tables import ModelTables
 
 # Distances whose ratio to the model's scales a segment; the elbow is the midpoint of EL and EM.
@@ -109,7 +109,7 @@ def _model_points(tables: ModelTables) -> dict[str, Array]:
     hinge = tables.joints["hu"]
     axis = np.array(tables.coordinates["EL_x"].axis)
     bend = Rotation.from_rotvec(np.deg2rad(ELBOW_DEG) * axis / np.linalg.norm(axis))
-    turn = Rotation.from_euler("xyz", hinge.orientation_rad) * bend
+    turn = Rotation.from_matrix(joint_rotation(hinge.orientation_rad)) * bend
     points["US"] = np.array([hinge.location_m]) + turn.apply(points["US"])
     return points
 

@@ -18,7 +18,8 @@ from scapulohumeral.emg.envelope import (
     Envelopes,
     EnvelopeSettings,
     mvc_amplitudes,
-    normalised_envelopes,
+    refuse_silent,
+    scaled_envelopes,
 )
 from scapulohumeral.emg.quality import (
     Check,
@@ -108,10 +109,29 @@ class EmgPipeline:
 
 @dataclass(frozen=True, eq=False)
 class Contractions:
-    """Maximal contractions: the recordings, and the amplitude of each channel in the best, (C,)."""
+    """Maximal contractions.
 
-    recordings: tuple[Recording, ...]
+    Attributes
+    ----------
+    amplitudes_v : (C,) of the best recording of each channel
+    checks : of all recordings
+    spoilt : channels that every recording spoils -> a check that says so
+    simulated : whether no electrode has seen one of them
+    """
+
     amplitudes_v: Array
+    checks: tuple[Check, ...]
+    spoilt: Mapping[str, Check]
+    simulated: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessedTrial:
+    """Envelopes of a trial, all checks, and channels whose envelopes mean nothing."""
+
+    envelopes: Envelopes
+    checks: tuple[Check, ...]
+    spoilt: Mapping[str, Check]
 
 
 def read_emg_map(path: Path) -> EmgMap:
@@ -168,17 +188,33 @@ def read_pipeline(config: Path) -> EmgPipeline:
 def read_contractions(
     files: Sequence[Path], emg_map: EmgMap, pipeline: EmgPipeline
 ) -> Contractions:
-    """Maximal contractions; every channel is scaled by its largest amplitude over all of them.
+    """Maximal contractions; a channel is scaled by its largest amplitude over those that hold it.
+
+    Where none holds it, it is spoilt, and scaled by the largest of all.
 
     Raises
     ------
-    DataError                        no recording, or one that cannot be used
+    DataError                        no recording, one that cannot be used, or a channel that is
+                                     silent in all of them
     """
     if not files:
         raise DataError("no maximal contractions; expected a recording or more. Name them: --mvc.")
     recordings = tuple(_read(file, emg_map) for file in files)
-    amplitudes = np.max([mvc_amplitudes(r, pipeline.envelope) for r in recordings], axis=0)
-    return Contractions(recordings, amplitudes)
+    checks = [check_recording("mvc", r, pipeline.envelope, pipeline.quality) for r in recordings]
+    faults = [spoilt_channels(each) for each in checks]
+    spoilt = {
+        name: check for name, check in faults[0].items() if all(name in each for each in faults)
+    }
+    held = [[name in spoilt or name not in each for name in emg_map.labels] for each in faults]
+    amplitudes = np.array([mvc_amplitudes(r, pipeline.envelope) for r in recordings])
+    best = np.where(held, amplitudes, 0.0).max(axis=0)
+    refuse_silent(", ".join(file.name for file in files), tuple(emg_map.labels), best)
+    return Contractions(
+        amplitudes_v=best,
+        checks=tuple(check for each in checks for check in each),
+        spoilt=spoilt,
+        simulated=any(recording.simulated for recording in recordings),
+    )
 
 
 def _read(file: Path, emg_map: EmgMap) -> Recording:
@@ -191,7 +227,7 @@ def _read(file: Path, emg_map: EmgMap) -> Recording:
 
 def process_trial(
     file: Path, contractions: Contractions, emg_map: EmgMap, pipeline: EmgPipeline
-) -> tuple[Envelopes, list[Check]]:
+) -> ProcessedTrial:
     """Envelopes of a trial as fractions of the maximal contraction, and all checks.
 
     Raises
@@ -199,48 +235,47 @@ def process_trial(
     DataError                        the recording cannot be used
     """
     raw = _read(file, emg_map)
-    first = contractions.recordings[0]
-    envelopes = normalised_envelopes(raw, first, pipeline.envelope, emg_map.delay_s)
-    share = mvc_amplitudes(first, pipeline.envelope) / contractions.amplitudes_v
-    names = tuple(emg_map.labels)
-    scaled = Envelopes(names, envelopes.time_s, envelopes.values * share, envelopes.simulated)
-    checks = check_recording("trial", raw, pipeline.envelope, pipeline.quality)
-    for recording in contractions.recordings:
-        checks += check_recording("mvc", recording, pipeline.envelope, pipeline.quality)
-    checks += check_envelopes(scaled, pipeline.quality)
-    return scaled, checks
+    envelopes = scaled_envelopes(
+        raw,
+        contractions.amplitudes_v,
+        pipeline.envelope,
+        emg_map.delay_s,
+        contractions.simulated,
+    )
+    own = check_recording("trial", raw, pipeline.envelope, pipeline.quality)
+    above = check_envelopes(envelopes, pipeline.quality)
+    return ProcessedTrial(
+        envelopes=envelopes,
+        checks=(*own, *contractions.checks, *above),
+        spoilt={**contractions.spoilt, **spoilt_channels(own)},
+    )
 
 
 def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
-    """Channels whose envelopes mean nothing -> the check that says so, the trial's own first.
-
-    A contraction may miss a channel that another one holds, so only the trial's recording counts.
-    """
+    """Channels of a recording that mean nothing -> the first check that says so."""
     return {
         check.channel: check
         for check in reversed(checks)
-        if not check.passed and check.check in SPOILING and check.recording == "trial"
+        if not check.passed and check.check in SPOILING
     }
 
 
-def write_emg(
-    table: Path, envelopes: Envelopes, checks: Sequence[Check], keep_spoilt: bool
-) -> tuple[str, ...]:
+def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[str, ...]:
     """Write ``STEM_emg.csv`` and its quality beside a trial table; returns the channels written.
 
     Parameters
     ----------
     table : Path                     CSV to write: time_s, EMG_<channel> as fractions of the MVC
-    envelopes, checks : of the trial
+    trial : what is written
     keep_spoilt : also write channels whose envelopes mean nothing
 
     Raises
     ------
     DataError                        no channel is left
     """
-    spoilt = {} if keep_spoilt else spoilt_channels(checks)
+    envelopes, spoilt = trial.envelopes, {} if keep_spoilt else trial.spoilt
     kept = [i for i, name in enumerate(envelopes.channels) if name not in spoilt]
-    write_quality(table.with_name(f"{table.stem}_quality.json"), checks, envelopes.simulated)
+    write_quality(table.with_name(f"{table.stem}_quality.json"), trial.checks, envelopes.simulated)
     if not kept:
         raise DataError(
             f"{table.name}: no channel left; {describe(next(iter(spoilt.values())))}. Check "

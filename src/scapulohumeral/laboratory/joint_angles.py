@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from scapulohumeral.laboratory.markers.frames import unit
 from scapulohumeral.model.rotations import (
     Array,
+    joint_rotation,
     matrix_to_quaternion,
     quaternion_to_euler,
 )
@@ -97,7 +98,7 @@ def elbow_flexion(tables: ModelTables, humerus: Array, forearm: Array) -> Array:
 def _elbow_of(tables: ModelTables) -> tuple[Array, Array, Array]:
     """Axis of the elbow, hinge to US at zero flexion, epicondyles to hinge; humerus axes, (3,)."""
     joint = tables.joints["hu"]
-    turn = Rotation.from_euler("xyz", joint.orientation_rad).as_matrix()
+    turn = joint_rotation(joint.orientation_rad)
     axis = turn @ np.array(tables.coordinates["EL_x"].axis)
     markers = {name: np.array(tables.markers[name].location_m) for name in ("EL", "EM", "US")}
     hinge = np.array(joint.location_m) - (markers["EL"] + markers["EM"]) / 2.0

@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -154,13 +153,18 @@ def _plain_numbers(path: Path, columns: Sequence[str]) -> np.ndarray | None:
     # Here, because it takes half a second, which a reader of text need not wait for.
     import pandas as pd
 
-    with warnings.catch_warnings():
-        # Rows that are all too long are cut with no more than a warning.
-        warnings.simplefilter("error", pd.errors.ParserWarning)
-        try:
-            table = pd.read_csv(path, index_col=False, skip_blank_lines=False)[list(columns)]
-        except (OSError, ValueError, KeyError, pd.errors.ParserWarning):
-            return None
+    text = read_text(path)
+    lines = text.splitlines()
+    names = lines[0].split(",") if lines else []
+    # What pandas would mend without a word: columns of one name, and cells that are missing.
+    ragged = any(line.count(",") != len(names) - 1 for line in lines)
+    if ragged or len(set(names)) < len(names) or '"' in text:
+        return None
+    try:
+        table = pd.read_csv(io.StringIO(text), index_col=False, skip_blank_lines=False)
+        table = table[list(columns)]
+    except (ValueError, KeyError):
+        return None
     if table.empty or any(kind.kind not in "if" for kind in table.dtypes):
         return None
     values = table.to_numpy(dtype=float)

@@ -55,6 +55,24 @@ def quaternion_to_matrix(q: ArrayLike) -> Array:
     return matrix.reshape(*q.shape[:-1], 3, 3)
 
 
+def axis_rotation(axis: Array, angle: float) -> Array:
+    """Matrix (3, 3) of a rotation by an angle [rad] about an axis (3,) of any length."""
+    half = 0.5 * angle
+    unit = axis / np.linalg.norm(axis)
+    return quaternion_to_matrix(np.array([np.cos(half), *(np.sin(half) * unit)]))
+
+
+def joint_rotation(orientation_rad: ArrayLike) -> Array:
+    """Matrix (3, 3) from a joint's frame to its parent body, by the angles (3,) of a model file.
+
+    They are body-fixed x-y-z, as OpenSim has them: R = R_x(first) R_y(second) R_z(third).
+    """
+    matrix = np.eye(3)
+    for axis, angle in zip(np.eye(3), np.asarray(orientation_rad, float), strict=True):
+        matrix = matrix @ axis_rotation(axis, angle)
+    return matrix
+
+
 def matrix_to_quaternion(matrix: ArrayLike) -> Array:
     """Unit quaternions, shape (..., 4), scalar part >= 0, of rotation matrices (..., 3, 3)."""
     matrix = np.asarray(matrix, float)

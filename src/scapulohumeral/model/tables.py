@@ -44,7 +44,7 @@ class Joint:
     """A joint: "rotation" about the axes of its coordinates, or "weld".
 
     The parent frame of the joint sits at `location_m` in the parent, turned by `orientation_rad`
-    (frame-fixed x-y-z); the child frame is the frame of the child segment.
+    (body-fixed x-y-z, as OpenSim has them); the child frame is the frame of the child segment.
     """
 
     name: str

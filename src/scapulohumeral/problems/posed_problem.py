@@ -242,12 +242,15 @@ def solve_posed(
 def _checkpoint(
     posed: PosedProblem, start: Start, solver: SolverSettings, log: Path | None
 ) -> Checkpoint | None:
-    """The place for iterates of this problem from this start; None without a folder of logs."""
+    """The place for iterates of this problem from this start; None without a folder of logs.
+
+    Named by its log too: two rules may solve the same problem side by side.
+    """
     logs = [parent for parent in (log.parents if log else ()) if parent.name == LOGS]
-    if not logs:
+    if log is None or not logs:
         return None
     forces = posed.model.forces
-    name = content_hash(
+    problem = content_hash(
         forces.dynamics.header["expression_hash"],
         forces.geometry,
         posed.muscles,
@@ -258,7 +261,8 @@ def _checkpoint(
         start,
         solver,
     )
-    return Checkpoint(logs[-1].with_name("checkpoints") / name)
+    task = "_".join(log.relative_to(logs[-1]).parts).removesuffix(log.suffix)
+    return Checkpoint(logs[-1].with_name("checkpoints") / f"{task}_{problem}")
 
 
 def read_result(posed: PosedProblem, result: Result, header: dict[str, Any]) -> Solution:

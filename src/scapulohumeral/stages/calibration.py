@@ -20,6 +20,7 @@ from scipy.stats import norm
 
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.accuracy import channel_gain
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
 from scapulohumeral.errors import DataError, SolveError
@@ -33,7 +34,9 @@ from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.problems.composite import Composite, compose, composite_target
 from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
 from scapulohumeral.problems.posed_problem import (
+    PosedProblem,
     SolveSettings,
+    Target,
     hashes,
     header,
     pose,
@@ -42,6 +45,7 @@ from scapulohumeral.problems.posed_problem import (
     store,
 )
 from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
+from scapulohumeral.stages.tracking import held_load
 
 SCHEMA = "calibration/1"
 KINDS = ("force", "fibre")
@@ -64,7 +68,8 @@ class CalibrationSettings:
 
     Attributes
     ----------
-    solve : settings of both estimates; the weights hold ``emg`` and ``parameters``
+    solve : time step and weights of both estimates, among them ``emg`` and ``parameters``, and how
+        the paper's problem is solved; the refinement has a tolerance of its own
     pause_s : pauses of the composite motion
     force_bounds, fibre_bounds : bounds of the scalers [1]
     envelope : how EMG envelopes were made
@@ -80,6 +85,10 @@ class CalibrationSettings:
     refinement: RefinementSettings
     identifiable: Mapping[str, float]
 
+    def __post_init__(self) -> None:
+        """Refuse envelopes whose gain is not known, before anything is solved."""
+        channel_gain(self.envelope)
+
 
 @dataclass(frozen=True, eq=False)
 class _Study:
@@ -91,6 +100,12 @@ class _Study:
     composite: Composite
     envelopes: np.ndarray
     simulated: bool
+    hand_load_kg: float
+
+    def posed(self, target: Target, settings: SolveSettings) -> PosedProblem:
+        """Problem of the composite motion with generic muscles and what the hand holds."""
+        generic = muscle_parameters(self.model.record)
+        return pose(self.model, generic, target, settings, self.hand_load_kg)
 
     @property
     def emg(self) -> EmgTerm:
@@ -156,8 +171,21 @@ def describe(
 
 
 def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
-    """Calibrated values, shape (2, G), forces first."""
-    groups = json.loads(path.read_text(encoding="utf-8"))["groups"]
+    """Calibrated values, shape (2, G), forces first.
+
+    Raises
+    ------
+    SolveError                       a calibration that did not converge: its values are no result
+    """
+    document = json.loads(path.read_text(encoding="utf-8"))
+    # Published scalers have no status.
+    if document.get("status", "converged") != "converged":
+        raise SolveError(
+            f"{path}: this calibration did not converge in {document['iterations']} iterations. "
+            "Its scalers are no result; look at its key history, raise "
+            "calibration.refinement.iterations, then calibrate again"
+        )
+    groups = document["groups"]
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
 
 
@@ -204,6 +232,7 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
         composite=composite,
         envelopes=table,
         simulated=simulated,
+        hand_load_kg=held_load(files.model, composite.nodes),
     )
 
 
@@ -216,8 +245,7 @@ def _paper_estimate(
 ) -> Trajectory:
     """Solve the paper's problem, store it, and return its trajectory with the scalers."""
     target = composite_target(study.composite, emg=study.emg)
-    generic = muscle_parameters(study.model.record)
-    posed = replace(pose(study.model, generic, target, settings.solve), scalers=study.scalers)
+    posed = replace(study.posed(target, settings.solve), scalers=study.scalers)
     result = solve_posed(posed, study.composite.trajectory, settings.solve, solver_log)
     about = header(
         posed,
@@ -226,6 +254,7 @@ def _paper_estimate(
         participant=files.model.participant.parent.name,
         trial="composite",
         emg_simulated=study.simulated,
+        hand_load_kg=study.hand_load_kg,
         hashes=hashes(
             files.model,
             [files.channels, *files.tracked, *files.envelopes],
@@ -240,8 +269,7 @@ def _paper_estimate(
 
 def _refined_estimate(study: _Study, settings: CalibrationSettings, first: Trajectory) -> Refined:
     """Refine from the motion of the paper's problem, without EMG in the objective."""
-    generic = muscle_parameters(study.model.record)
-    posed = pose(study.model, generic, composite_target(study.composite), settings.solve)
+    posed = study.posed(composite_target(study.composite), settings.solve)
     evidence = Evidence(
         channels=study.emg.channels,
         envelopes=study.envelopes,

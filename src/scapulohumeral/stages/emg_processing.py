@@ -60,7 +60,8 @@ def process_emg(
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)
     mvc = read_recording(files.mvc, channels, labels)
-    delay = measured.delay_s if measured else 0.0
+    # The participant may have measured EMG, and a study beside it be of simulated signals.
+    delay = measured.delay_s if measured and not raw.simulated else 0.0
     envelopes = normalised_envelopes(raw, mvc, settings.envelope, delay)
     write_envelopes(envelope, envelopes)
     checks = [

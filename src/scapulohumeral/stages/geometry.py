@@ -16,7 +16,7 @@ from scapulohumeral.dynamics.compiled import CompiledDynamics
 from scapulohumeral.dynamics.formulation import get_formulation
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.muscle_paths.authors_fit import fit_paths
 from scapulohumeral.model.muscle_paths.fit import (
     FitSamples,
@@ -26,6 +26,7 @@ from scapulohumeral.model.muscle_paths.fit import (
     on_one_branch,
 )
 from scapulohumeral.model.muscle_paths.geometry import crossed_joints, is_straight
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
@@ -141,14 +142,15 @@ def assess_muscle_geometry(
     fit: MuscleFit,
     samples: Path,
     model: Path,
-    recordings: Sequence[Path],
+    participant: Path,
     dynamics: CompiledDynamics,
     settings: FitSettings,
 ) -> pd.DataFrame:
     """How well lengths, moment arms and directions of pull are met on held-out poses.
 
     Numbers come from the functions that the solver evaluates. Moment arms are per joint rotation
-    behind a speed of the formulation; for Euler angles per angle.
+    behind a speed of the formulation; for Euler angles per angle. Fibres are those along all
+    recordings of the participant, whose participant.yaml is given.
 
     Returns
     -------
@@ -169,7 +171,8 @@ def assess_muscle_geometry(
     spanned = np.abs(held_out.length_gradient).max(axis=0) > 0.0
     arm_rmse = np.where(spanned, np.sqrt(np.nanmean(arms**2, axis=0)), np.nan)
     pull = np.where(keep[..., None], gradient[..., 10:] - held_out.translation, np.nan)
-    fibre = fibre_lengths(forces, record, recordings)
+    recorded = read_participant(participant.parents[1], participant.parent.name).recordings
+    fibre = fibre_lengths(forces, record, recorded)
     lowest, highest = fibre.min(axis=0), fibre.max(axis=0)
     return pd.DataFrame(
         {
@@ -192,9 +195,9 @@ def assess_muscle_geometry(
     )
 
 
-def fibre_lengths(forces: MuscleForces, record: ModelRecord, recordings: Sequence[Path]) -> Array:
+def fibre_lengths(forces: MuscleForces, record: ModelRecord, recorded: Sequence[Motion]) -> Array:
     """Normalised fibre lengths (F, M) [1] over all recorded frames, tendons rigid."""
-    angles = np.concatenate([read_motion(path).angles_rad for path in recordings])
+    angles = np.concatenate([motion.angles_rad for motion in recorded])
     q = coordinates(angles, forces.dynamics.name)
     length, _ = forces.lengths(q, np.zeros((len(q), 10)))
     muscles = muscle_parameters(record)

@@ -23,8 +23,14 @@ MM = 1e3
 
 
 def audited_poses(solution: Path, step: int) -> Array:
-    """Every `step`-th pose of a stored solution, shape (P, 13), with scalar parts >= 0."""
-    pose = read_solution(solution).pose[::step].copy()
+    """Every `step`-th pose of a stored solution, shape (P, 13), with scalar parts >= 0.
+
+    None of a failed solve, P = 0: its poses are no result.
+    """
+    solved = read_solution(solution, allow_failed=True)
+    if solved.header["status"] != "optimal":
+        return np.zeros((0, 13))
+    pose = solved.pose[::step].copy()
     for first in (0, 4, 8):
         pose[:, first : first + 4] *= np.where(pose[:, first, None] < 0.0, -1.0, 1.0)
     return pose
@@ -42,7 +48,8 @@ def audit_geometry(forces: MuscleForces, samples: Path) -> pd.DataFrame:
     -------
     table, one row per muscle
         poses; jumps (poses where OpenSim's wrapping jumps, left out of what follows);
-        length_rmse_mm, length_max_mm; arm_rmse_mm, arm_max_mm over all rotations and poses
+        length_rmse_mm, length_max_mm; arm_rmse_mm, arm_max_mm over all rotations and poses, NaN
+        without poses
 
     Raises
     ------
@@ -54,10 +61,13 @@ def audit_geometry(forces: MuscleForces, samples: Path) -> pd.DataFrame:
         length, gradient = data["length_m"], data["rotation_gradient_m"]
     if names != forces.geometry.names:
         raise DataError(f"{samples}: samples of other muscles than the fit. Sample them again.")
-    fitted, _ = forces.lengths(q, np.zeros((len(q), 10)))
-    length_error = np.where(smooth, np.abs(fitted - length), np.nan)
-    arm_error = np.abs(forces.gradients(q)[..., :10] - gradient).max(axis=2)
-    arm_error = np.where(smooth, arm_error, np.nan)
+    length_error = arm_error = np.full(length.shape, np.nan)
+    # Of no poses, CasADi evaluates nothing.
+    if len(q):
+        fitted, _ = forces.lengths(q, np.zeros((len(q), 10)))
+        length_error = np.where(smooth, np.abs(fitted - length), np.nan)
+        arm_error = np.abs(forces.gradients(q)[..., :10] - gradient).max(axis=2)
+        arm_error = np.where(smooth, arm_error, np.nan)
     kept = smooth.any(axis=0)
     table = pd.DataFrame(
         {"muscle": names, "poses": len(q), "jumps": np.count_nonzero(~smooth, axis=0)}
@@ -75,11 +85,12 @@ def _root_mean_square(error: Array) -> Array:
 
 
 def _largest(error: Array) -> Array:
-    return np.nanmax(error, axis=0)
+    # No error is negative: the initial value is only for no muscles.
+    return np.nanmax(error, axis=0, initial=0.0)
 
 
 def audit_table(audits: Sequence[Path], names: Sequence[tuple[str, str]]) -> pd.DataFrame:
-    """One row per audited solution: the worst muscle in length and in moment arm.
+    """One row per solution: the worst muscle in length and in moment arm, none of a failed solve.
 
     Parameters
     ----------
@@ -91,9 +102,9 @@ def audit_table(audits: Sequence[Path], names: Sequence[tuple[str, str]]) -> pd.
         row = {"participant": participant, "condition": condition, "poses": table.poses.max()}
         row["jumps"] = table.jumps.sum()
         for quantity in ("length", "arm"):
-            worst = table.iloc[int(np.nanargmax(table[f"{quantity}_max_mm"]))]
-            row[f"{quantity}_muscle"] = worst.muscle
-            row[f"{quantity}_max_mm"] = worst[f"{quantity}_max_mm"]
+            largest = table.set_index("muscle")[f"{quantity}_max_mm"].dropna()
+            row[f"{quantity}_muscle"] = largest.idxmax() if len(largest) else ""
+            row[f"{quantity}_max_mm"] = largest.max()
             row[f"{quantity}_rmse_mm"] = table[f"{quantity}_rmse_mm"].max()
         rows.append(row)
     return pd.DataFrame(rows)

@@ -9,7 +9,7 @@ Letters: N nodes, M muscles.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,6 @@ from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import with_capsule
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
-from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import (
     PUBLISHED_PLANES,
     published_pose,
@@ -50,6 +49,7 @@ from scapulohumeral.problems.posed_problem import (
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.stages.calibration import calibrated_muscles
+from scapulohumeral.stages.tracking import held_load
 
 TRACKED = ("humerus", "elbow")
 STUDY = ProblemChoices()
@@ -275,25 +275,6 @@ def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSet
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
     composite, load = _followed(model, muscles, files, settings)
     return _Scene(model, composite, muscles, condition, settings, load)
-
-
-def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
-    """What a participant's hand holds in trials that are followed in one motion [kg].
-
-    Raises
-    ------
-    ConfigError                      the trials differ in it
-    """
-    folder = files.participant.parent
-    person = read_participant(folder.parent, folder.name)
-    loads = {trial: person.trial(trial).hand_load_kg for trial in trials}
-    if len(set(loads.values())) != 1:
-        held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
-        raise ConfigError(
-            f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
-            "predicted in one motion. Correct them, or choose others in key 'planes'"
-        )
-    return loads.popitem()[1]
 
 
 def _followed(

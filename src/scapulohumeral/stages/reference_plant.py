@@ -45,7 +45,7 @@ from scapulohumeral.problems.posed_problem import (
     solve_posed,
     store,
 )
-from scapulohumeral.stages.tracking import read_trial, tracking_target
+from scapulohumeral.stages.tracking import held_load, read_trial, tracking_target
 
 MODULE = "scapulohumeral.stages.reference_plant"
 
@@ -156,16 +156,17 @@ def simulate_elevations(
     """
     motions = [read_solution(path) for path in tracked]
     composite = compose(motions, settings.time_step_s, pause_s)
-    posed = _pose(files, composite_target(composite), settings, 0.0)
-    done = _solve(posed, composite.trajectory, settings, outputs, files, trial="composite")
+    motion = _Motion("composite", held_load(files.model, composite.nodes), tracked)
+    posed = _pose(files, composite_target(composite), settings, motion)
+    done = _solve(posed, composite.trajectory, settings, outputs, files, motion)
     channels = read_channels(files.channels)
     excitation = _excitation(posed, done, files) @ channels.matrix(done.muscles.tolist()).T
-    for motion in motions:
-        trial = motion.header["trial"]
+    for elevation in motions:
+        trial = elevation.header["trial"]
         nodes = slice(*composite.nodes[trial])
         stream = random_stream(electrodes.seed, files.participant, trial)
         recording = simulate_recording(
-            motion.time_s, excitation[nodes], channels, electrodes, stream
+            elevation.time_s, excitation[nodes], channels, electrodes, stream
         )
         write_recording(outputs.raw[trial], recording)
 
@@ -180,8 +181,9 @@ def simulate_task(
     """Let the plant do a daily task as recorded; write its raw EMG."""
     recording = read_trial(files.model, trial)
     target = tracking_target(recording, settings.time_step_s)
-    posed = _pose(files, target, settings, recording.hand_load_kg)
-    done = _solve(posed, posed.cold_start(), settings, outputs, files, trial=trial)
+    motion = _Motion(trial, recording.hand_load_kg, [recording.file])
+    posed = _pose(files, target, settings, motion)
+    done = _solve(posed, posed.cold_start(), settings, outputs, files, motion)
     channels = read_channels(files.channels)
     excitation = done.excitation @ channels.matrix(done.muscles.tolist()).T
     stream = random_stream(electrodes.seed, files.participant, trial)
@@ -197,14 +199,23 @@ def simulate_contractions(
     write_recording(mvc, simulate_mvc(read_channels(channels), electrodes, stream))
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """Name of what the plant does, what its hand holds, and the files that say so."""
+
+    trial: str
+    hand_load_kg: float
+    sources: Sequence[Path]
+
+
 def _pose(
-    files: PlantFiles, target: Target, settings: SolveSettings, hand_load_kg: float
+    files: PlantFiles, target: Target, settings: SolveSettings, motion: _Motion
 ) -> PosedProblem:
     model = load_model(files.model)
     channels = read_channels(files.channels)
     plant = read_plant(files.plant, channels.groups)
     muscles = plant_muscles(model.record, channels, plant)
-    return pose(model, muscles, target, settings, hand_load_kg)
+    return pose(model, muscles, target, settings, motion.hand_load_kg)
 
 
 def _excitation(posed: PosedProblem, done: Solution, files: PlantFiles) -> np.ndarray:
@@ -222,7 +233,7 @@ def _solve(
     settings: SolveSettings,
     outputs: PlantOutputs,
     files: PlantFiles,
-    trial: str,
+    motion: _Motion,
 ) -> Solution:
     """Solve and store.
 
@@ -237,15 +248,16 @@ def _solve(
         result,
         settings,
         participant=files.participant,
-        trial=trial,
+        trial=motion.trial,
         simulated=True,
-        hashes=hashes(files.model, [files.plant, files.channels], MODULE),
+        hand_load_kg=motion.hand_load_kg,
+        hashes=hashes(files.model, [files.plant, files.channels, *motion.sources], MODULE),
     )
     done = read_result(posed, result, about)
     store(done, result, (outputs.solution, outputs.summary), {})
     if not result.optimal:
         raise SolveError(
-            f"reference plant of {files.participant}, {trial}: {result.message}. Look at "
+            f"reference plant of {files.participant}, {motion.trial}: {result.message}. Look at "
             f"{outputs.solver_log}; its EMG cannot be simulated"
         )
     return done

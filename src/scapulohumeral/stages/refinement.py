@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from scapulohumeral.dynamics.hill import MuscleParameters
-from scapulohumeral.emg.accuracy import GAIN_BIAS, GAIN_SD, correlation_time_s, noise_sd
+from scapulohumeral.emg.accuracy import channel_gain, correlation_time_s, noise_sd
 from scapulohumeral.emg.envelope import EnvelopeSettings, low_passed
 from scapulohumeral.errors import SolveError
 from scapulohumeral.ocp.optimality.kkt import assemble_kkt
@@ -32,6 +32,10 @@ from scapulohumeral.ocp.optimality.sensitivity import (
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.problems.posed_problem import PosedProblem
+
+# Of the solves between two steps of the scalers, whatever that of the study: they are smoothed by
+# the barrier, and differ far more.
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -239,7 +243,9 @@ def _linearise(
     theta = np.concatenate([state.values.ravel(), state.times])
     posed = replace(posed, muscles=muscles_of(theta))
     result = solve(
-        posed.problem, start, SolverSettings(tolerance=1e-6, barrier_target=settings.barrier_target)
+        posed.problem,
+        start,
+        SolverSettings(tolerance=TOLERANCE, barrier_target=settings.barrier_target),
     )
     if not result.optimal:
         raise SolveError(f"refinement: scalers {state.values.round(3).tolist()}: {result.message}")
@@ -274,14 +280,15 @@ def _weighted(
     by_gain[:, index, index] = seen / sd
     rows = np.concatenate([by_theta * (gain[:, None] / sd[..., None]), by_gain], axis=2)
     groups = state.values.shape[1]
+    bias, gain_sd = channel_gain(evidence.envelope)
     prior_sd = np.concatenate(
         [
             np.repeat([settings.prior_sd_force, settings.prior_sd_fibre], groups),
             np.full(2, settings.prior_sd_time),
-            np.full(channels, GAIN_SD),
+            np.full(channels, gain_sd),
         ]
     )
-    prior = np.concatenate([state.values.ravel() - 1.0, state.times - 1.0, state.gains - GAIN_BIAS])
+    prior = np.concatenate([state.values.ravel() - 1.0, state.times - 1.0, state.gains - bias])
     motions = np.repeat(np.arange(len(evidence.nodes)), [b - a for a, b in evidence.nodes.values()])
     return _Linearised(
         residual=residual.ravel(),

@@ -17,8 +17,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from scapulohumeral.errors import DataError, ModelError
-from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import Array, trial_to_pose
 
@@ -34,13 +35,24 @@ LOG_RADIUS_SD = 0.15
 LARGEST_RADIUS_CHANGE = 0.3
 
 
+def fit_participant_thorax(model: Path, participant: Path, thorax: Path) -> None:
+    """As :func:`fit_thorax`, to the elevations of a participant.yaml, smoothed as it says.
+
+    Raises
+    ------
+    ConfigError                      if participant.yaml is wrong
+    """
+    person = read_participant(participant.parents[1], participant.parent.name)
+    _fit(model, person.elevations, thorax)
+
+
 def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     """Fit the ellipsoid of a participant and write it as JSON, schema "thorax/1".
 
     Parameters
     ----------
     model : Path                     model record, "model/1"
-    recordings : paths               arm elevations of the participant, joint angles over time
+    recordings : paths               arm elevations of the participant, taken as they are
     thorax : Path                    file to write: centre and radii [m] along thorax axes, the
                                      remaining level-set values [1], and the prior
 
@@ -49,9 +61,13 @@ def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:
     ModelError                       if the model has no ellipsoid to start from
     DataError                        if a recording cannot be read or the fit does not converge
     """
+    _fit(model, [read_motion(path) for path in recordings], thorax)
+
+
+def _fit(model: Path, motions: Sequence[Motion], thorax: Path) -> None:
     record = read_record(model)
     prior = prior_ellipsoid(record)
-    poses = np.concatenate([trial_to_pose(read_motion(path).angles_rad) for path in recordings])
+    poses = np.concatenate([trial_to_pose(motion.angles_rad) for motion in motions])
     points = contact_points(record, poses)
     inside_factor = record.constants.scapulothoracic_contact.inside_factor
     centre, radii = fit_ellipsoid(points.reshape(-1, 3), *prior, inside_factor)

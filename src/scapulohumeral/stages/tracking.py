@@ -5,13 +5,14 @@ Letters: N nodes.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import Trial, read_participant
 from scapulohumeral.problems.model_files import ModelFiles, load_model
@@ -49,6 +50,7 @@ def solve_tracking(
         settings,
         participant=files.participant.parent.name,
         trial=trial,
+        hand_load_kg=recording.hand_load_kg,
         hashes=hashes(files, [recording.file], "scapulohumeral.stages.tracking"),
     )
     store(read_result(posed, result, about), result, (solution, summary), {})
@@ -58,6 +60,25 @@ def read_trial(files: ModelFiles, trial: str) -> Trial:
     """One recorded trial of a participant."""
     folder = files.participant.parent
     return read_participant(folder.parent, folder.name).trial(trial)
+
+
+def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
+    """What a participant's hand holds in trials that are followed in one motion [kg].
+
+    Raises
+    ------
+    ConfigError                      the trials differ in it
+    """
+    folder = files.participant.parent
+    person = read_participant(folder.parent, folder.name)
+    loads = {trial: person.trial(trial).hand_load_kg for trial in trials}
+    if len(set(loads.values())) != 1:
+        held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
+        raise ConfigError(
+            f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
+            "followed in one motion. Correct them, or choose others in key 'planes'"
+        )
+    return loads.popitem()[1]
 
 
 def pose_tracking(recording: Trial, files: ModelFiles, settings: SolveSettings) -> PosedProblem:

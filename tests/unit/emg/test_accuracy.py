@@ -8,9 +8,9 @@ from emg_study import CHANNELS, ENVELOPE, SIMULATION
 
 from scapulohumeral.emg.accuracy import (
     CORRELATION_TIME_S,
-    GAIN_BIAS,
-    GAIN_SD,
+    GAINS,
     REST_LEVEL,
+    channel_gain,
     correlation_time_s,
     noise_sd,
 )
@@ -62,14 +62,17 @@ def test_level_at_rest() -> None:
     assert constant_envelopes(0.0).mean() == pytest.approx(REST_LEVEL, rel=0.05)
 
 
-def test_gain_of_a_channel() -> None:
+@pytest.mark.parametrize("window_s", GAINS)
+def test_gain_of_a_channel(window_s: float) -> None:
     """MVCs of 12 participants: channels read low by what the MVC reads high."""
+    settings = replace(ENVELOPE, mvc_window_s=window_s)
     true = constant_envelopes(1.0).mean() * FULL
     gains = true / np.array(
         [
-            mvc_amplitudes(simulate_mvc(CHANNELS, SIMULATION, random_stream(k, "mvc")), ENVELOPE)
+            mvc_amplitudes(simulate_mvc(CHANNELS, SIMULATION, random_stream(k, "mvc")), settings)
             for k in range(12)
         ]
     )
-    assert gains.mean() - 1.0 == pytest.approx(GAIN_BIAS, abs=0.008)
-    assert gains.std() == pytest.approx(GAIN_SD, rel=0.3)
+    bias, sd = channel_gain(settings)
+    assert gains.mean() - 1.0 == pytest.approx(bias, abs=0.008)
+    assert gains.std() == pytest.approx(sd, rel=0.3)

@@ -108,7 +108,7 @@ def test_wrong_recordings_are_refused() -> None:
     with pytest.raises(DataError, match=r"signal.csv: sampled at 666.7 Hz; a band up to 400 Hz"):
         linear_envelope(slow, ENVELOPE)
     with pytest.raises(DataError, match="channel channel_0: silent"):
-        mvc_amplitudes(recording(0.0 * tone(150.0)), ENVELOPE)
+        normalised_envelopes(recording(tone(150.0)), recording(0.0 * tone(150.0)), ENVELOPE)
     with pytest.raises(DataError, match=r"2.00 s, shorter than emg.envelope.mvc_window_s: 3.0"):
         mvc_amplitudes(recording(tone(150.0)[:4000]), ENVELOPE)
     with pytest.raises(DataError, match="channels channel_0, channel_1; expected those of"):

@@ -132,6 +132,11 @@ def wrong_rate(session: Session) -> None:
     session.suffix, session.tail = ".trc", "rate"
 
 
+def other_encoding(session: Session) -> None:
+    """The header holds a path with an umlaut, as exported under Windows."""
+    session.suffix, session.tail = ".trc", "encoding"
+
+
 def empty_file(session: Session) -> None:
     """A file that is no recording."""
     session.tail = "empty"
@@ -166,6 +171,7 @@ TABLE = [
     Broken("wrong vertical", lying_down, "thorax_tilted"),
     Broken("uneven rate", uneven_time, "column time_s: "),
     Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
+    Broken("other encoding", other_encoding, "trial.trc: byte 25 is no text in UTF-8. Save"),
     Broken("text among numbers", text_cell, "'lost' is not a number"),
     Broken("not a C3D file", empty_file, "not a C3D file"),
     Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
@@ -187,8 +193,11 @@ TABLE = [
 ]
 
 
-def convert(session: Session) -> int:
-    """Write the session and convert it by the command line; returns the exit code."""
+def convert(session: Session, *more: str) -> int:
+    """Write the session and convert it by the command line; returns the exit code.
+
+    `more`: further arguments of the command.
+    """
     file = session.folder / f"trial{session.suffix}"
     made.WRITERS[session.suffix](file, made.marked(session.points), unit=session.unit)
     lines = file.read_text(encoding="utf-8").splitlines() if session.suffix == ".csv" else []
@@ -200,13 +209,15 @@ def convert(session: Session) -> int:
     elif session.tail == "rate":
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace("100.0\t", "50\t", 1), encoding="utf-8")
+    elif session.tail == "encoding":
+        file.write_bytes(file.read_bytes().replace(b"(X/Y/Z)\t", b"(X/Y/Z)\tM\xfcller", 1))
     elif session.tail == "empty":
         file.write_bytes(b"")
     elif session.tail == "suffix":
         file = file.rename(file.with_suffix(".xlsx"))
     map_file = made.write_map(session.folder / "map.yaml", session.map_text)
     out = str(session.folder / "out")
-    return cli.main(["convert", str(file), "--map", str(map_file), "--out", out])
+    return cli.main(["convert", str(file), "--map", str(map_file), "--out", out, *more])
 
 
 @pytest.fixture(name="session")
@@ -236,6 +247,18 @@ def test_broken_sessions_are_named(
     assert table.exists() == (broken.code == 0)
 
 
+def test_without_a_sound_recording_there_is_no_participant_to_write(
+    session: Session, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is the recording that is wrong, not the map or an option."""
+    swap("IJ", "C7")(session)
+    assert convert(session, "--body-mass", "70", "--height", "1.7") == 2
+    captured = capsys.readouterr()
+    assert "it needs a recording without a fault, see above" in captured.out
+    assert "--body-mass" not in captured.out + captured.err
+    assert "look at " in captured.out
+
+
 def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
     """A trial and a contraction with one EMG channel; arguments of the command."""
     points = made.marked(made.landmarks(made.arm_angles(400), MODEL))
@@ -253,7 +276,7 @@ def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
 
 EMG_TABLE = [
     ("silent contraction", lambda sound: np.zeros_like(sound), "silent", 2),
-    ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 0),
+    ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 2),
     ("weak contraction", lambda sound: 0.1 * sound, "trial: above_mvc", 0),
 ]
 

@@ -1,5 +1,6 @@
 """Known joint angles, written as marker files of all kinds, come back."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import made_recordings as made
@@ -15,6 +16,7 @@ from scapulohumeral.laboratory.girdle_rules import (
     REST_SCAPULA_DEG,
     regressed_girdle,
 )
+from scapulohumeral.laboratory.joint_angles import elbow_flexion
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
 from scapulohumeral.laboratory.markers.landmarks import calibrate
 from scapulohumeral.laboratory.markers.marker_map import read_marker_map
@@ -55,6 +57,17 @@ def test_joint_angles_come_back(tmp_path: Path, suffix: str, unit: str) -> None:
     assert np.abs(error[:, :9]).max() < 0.02
     # The hinge of the elbow and the midpoint of the epicondyles part by 8 mm.
     assert np.abs(error[:, 9]).max() < 0.05
+
+
+def test_elbow_of_a_hinge_that_is_turned_about_all_axes() -> None:
+    hinge = replace(MODEL.joints["hu"], orientation_rad=(0.2, -0.1, 0.3))
+    model = replace(MODEL, joints={**MODEL.joints, "hu": hinge})
+    angles = made.arm_angles()
+    points = made.landmarks(angles, model)
+    humerus = made.TO_LABORATORY @ made.segments(angles, model)["humerus_r"][1]
+    forearm = points["US"] - (points["EL"] + points["EM"]) / 2.0
+    error = elbow_flexion(model, humerus, forearm) - angles[:, 9]
+    assert np.abs(error).max() < np.deg2rad(0.05)
 
 
 def test_table_holds_what_was_converted(tmp_path: Path) -> None:

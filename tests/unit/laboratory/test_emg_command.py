@@ -4,6 +4,7 @@ from pathlib import Path
 
 import made_recordings as made
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
@@ -35,8 +36,13 @@ def noise(seconds: float, level: np.ndarray, seed: int) -> np.ndarray:
     return 1e-4 * raw * np.interp(np.arange(count), np.linspace(0, count, len(level)), level)
 
 
-def session(folder: Path, signal: np.ndarray, seconds: float) -> list[str]:
-    """A trial with markers and EMG, two contractions of one channel each; arguments of `emg`."""
+def session(
+    folder: Path, signal: np.ndarray, seconds: float, gains: tuple[float, float] = (1.0, 1.0)
+) -> list[str]:
+    """A trial with markers and EMG, two contractions of one channel each; arguments of `emg`.
+
+    `gains` of the first channel in the two contractions.
+    """
     points = made.marked(
         made.landmarks(made.arm_angles(int(seconds * made.RATE_HZ)), made.tables())
     )
@@ -44,7 +50,8 @@ def session(folder: Path, signal: np.ndarray, seconds: float) -> list[str]:
     quiet = noise(seconds, np.ones(2), 4)
     made.write_c3d(folder / "reach_r1.c3d", points, analog={"EMG 3": signal, "EMG 5": quiet})
     held = {name: track[:600] for name, track in points.items()}
-    for name, (a, b) in {"mvc1": (one, two), "mvc2": (two, one)}.items():
+    volts = {"mvc1": (gains[0] * one, two), "mvc2": (gains[1] * two, one)}
+    for name, (a, b) in volts.items():
         still = {key: np.repeat(track[:1], 600, axis=0) for key, track in held.items()}
         made.write_c3d(folder / f"{name}.c3d", still, analog={"EMG 3": a, "EMG 5": 2.0 * b})
     (folder / "emg.yaml").write_text(EMG_MAP, encoding="utf-8")
@@ -87,6 +94,32 @@ def test_a_clipped_channel_is_named_and_left_out(
     assert "(left out)" in said
     header = (tmp_path / "out" / "reach_r1_emg.csv").read_text(encoding="utf-8").splitlines()[0]
     assert header == "time_s,EMG_delt,simulated"
+
+
+def test_a_channel_that_no_contraction_holds_is_named_and_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(session(tmp_path, noise(4.0, np.ones(2), 3), 4.0, gains=(1e-3, 1e-3))) == 2
+    said = capsys.readouterr().out
+    assert "channel infra, mvc: dead" in said
+    assert "(left out)" in said
+    header = (tmp_path / "out" / "reach_r1_emg.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header == "time_s,EMG_delt,simulated"
+
+
+@pytest.mark.parametrize("gain", [0.0, 1e-3])
+def test_a_channel_is_scaled_by_the_contraction_that_holds_it(tmp_path: Path, gain: float) -> None:
+    # The second contraction holds a fifth of the amplitude of the trial.
+    assert cli.main(session(tmp_path, noise(4.0, np.ones(2), 3), 4.0, gains=(gain, 1.0))) == 0
+    table = pd.read_csv(tmp_path / "out" / "reach_r1_emg.csv")
+    assert table.EMG_infra.mean() == pytest.approx(5.0, rel=0.2)
+
+
+def test_a_channel_that_all_contractions_are_silent_on_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(session(tmp_path, noise(4.0, np.ones(2), 3), 4.0, gains=(0.0, 0.0))) == 2
+    assert "mvc1.c3d, mvc2.c3d, channel infra: silent" in capsys.readouterr().err
 
 
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

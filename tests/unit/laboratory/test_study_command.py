@@ -1,13 +1,15 @@
 """What the study command asks for, for own participants."""
 
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 import yaml
 
+from scapulohumeral import cli
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.laboratory.commands.study import own_study
+from scapulohumeral.laboratory.commands.study import REPOSITORY, own_study
 from scapulohumeral.provenance import CONFIG_FOLDER
 
 pytestmark = pytest.mark.unit
@@ -49,3 +51,27 @@ def test_what_cannot_be_asked_is_refused(
 def test_a_folder_without_participants_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no folder with a participant.yaml"):
         own_study(tmp_path, [], [], "own", CONFIG)
+
+
+@pytest.mark.parametrize(("profile", "limited"), [("default", True), ("slurm", False)])
+def test_memory_grows_with_the_cores_of_this_machine(
+    profile: str, limited: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def run(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.extend(command)
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    assert cli.main(["study", "--cores", "4", "--profile", profile]) == 0
+    assert asked[asked.index("--cores") + 1] == "4"
+    assert ("mem_mb=16000" in asked) == limited
+
+
+def test_make_lets_every_core_solve() -> None:
+    planned = subprocess.run(
+        ["make", "--dry-run", "reproduce", "CORES=4"],
+        cwd=REPOSITORY, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert "--cores 4 --resources mem_mb=16000" in planned

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from scapulohumeral.model import rotations as rot
 
@@ -132,3 +133,13 @@ def test_euler_rate_jacobian_is_singular_at_gimbal_lock_only():
     angles = np.array([[0.3, 0.0, 0.4], [0.3, 0.2, 0.4]])
     determinants = np.linalg.det(rot.euler_rate_jacobian(angles, "YZY"))
     np.testing.assert_allclose(np.abs(determinants), [0.0, np.sin(0.2)], atol=1e-15)
+
+
+def test_frame_of_a_joint_is_turned_about_its_own_axes():
+    """About x, then about the y and the z that were turned with it."""
+    quarter = np.pi / 2
+    turned = rot.joint_rotation([quarter, quarter, 0.0])
+    np.testing.assert_allclose(turned @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-15)
+    angles = [0.2, -0.1, 0.3]
+    expected = Rotation.from_euler("XYZ", angles).as_matrix()
+    np.testing.assert_allclose(rot.joint_rotation(angles), expected, atol=1e-15)

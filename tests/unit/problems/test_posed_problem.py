@@ -168,12 +168,15 @@ def test_checkpoints_of_other_bounds_are_others(quaternion_equations, tmp_path):
     log = tmp_path / "logs/solve/one.log"
     start = Start(np.zeros(3))
 
-    def place(bounds):
+    def place(bounds, log=log):
         posed = small_posed(quaternion_equations, target, settings, bounds=bounds)
         return _checkpoint(posed, start, settings.solver, log).folder
 
     assert place(None) == place(None)
     assert place(Bounds()) != place(Bounds(compression=(0.0, 1600.0)))
+    # Two tasks that solve the same problem side by side do not touch each other's iterates.
+    assert place(None) != place(None, log.with_name("two.log"))
+    assert place(None) != place(None, log.parents[1] / "other" / log.name)
 
 
 def test_solves_of_a_study_keep_their_iterates_beside_its_logs(

@@ -91,7 +91,7 @@ def test_reason_and_place_are_said(place: str, value: object, said: str) -> None
 
 def test_meaning_and_a_line_that_would_do_are_said() -> None:
     message = refusal("solve.max_iterations", 0)
-    assert "Meaning: Iterations after which a solve counts as failed [1]." in message
+    assert "Meaning: Iterations of the last phase of a solve, after which it" in message
     assert message.endswith("Write for example: max_iterations: 1000")
     assert refusal("model.masses", "weighed").endswith("Write for example: masses: anthropometric")
     assert refusal("geometry.posees", 3).endswith("Write for example: poses: 2700")

@@ -1,5 +1,6 @@
 """Provenance: the list of source files is the one Python loads, hashes follow the contents."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,18 @@ def test_input_hash_follows_content_and_name_but_not_order(tmp_path: Path) -> No
     )
 
 
+def test_input_hash_does_not_follow_folders(tmp_path: Path) -> None:
+    """The same files are the same inputs, wherever results and participants lie."""
+    hashes = set()
+    for folders in (("x", "y"), ("y", "x")):
+        paths = [tmp_path / "".join(folders) / folder for folder in folders]
+        for path, name in zip(paths, ("a.csv", "b.csv"), strict=True):
+            path.mkdir(parents=True)
+            (path / name).write_text(name, encoding="utf-8")
+        hashes.add(provenance.input_hash([paths[0] / "a.csv", paths[1] / "b.csv"]))
+    assert len(hashes) == 1
+
+
 def test_files_of_folders_inside_count_and_folders_do_not(tmp_path: Path) -> None:
     (tmp_path / "paths").mkdir()
     for name in ("paths/b.csv", "a.csv"):
@@ -106,6 +119,22 @@ def test_files_of_folders_inside_count_and_folders_do_not(tmp_path: Path) -> Non
 def test_without_git_there_is_no_commit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     assert provenance.last_commit(Path(__file__)) == "no commit: there is no git on this machine"
+
+
+def test_changes_that_are_not_committed_are_said(tmp_path: Path) -> None:
+    """A commit that does not hold what stands in the file would vouch for nothing."""
+    limits = tmp_path / "targets.yaml"
+    limits.write_text("limit: 3\n", encoding="utf-8")
+    none = "no commit: these files are not under version control"
+    assert provenance.last_commit(limits) == none
+    author = ["-c", "user.name=a", "-c", "user.email=a@b"]
+    for command in (["init"], ["add", "."], [*author, "commit", "-m", "limits"]):
+        subprocess.run(["git", *command], cwd=tmp_path, check=True, capture_output=True)
+    committed = provenance.last_commit(limits)
+    assert re.fullmatch(r"[0-9a-f]{7,} of [0-9-]{10}", committed)
+    limits.write_text("limit: 4\n", encoding="utf-8")
+    changed = f"{committed}, with changes that are not committed"
+    assert provenance.last_commit(limits) == changed
 
 
 def test_environment_names_the_solver_and_python() -> None:

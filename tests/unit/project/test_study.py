@@ -66,6 +66,11 @@ def test_predictions_are_those_of_all_and_those_of_one() -> None:
     assert one.condition("cuff_w2", "par2")["muscles"] == ["supra", "infra"]
 
 
+def test_a_condition_that_is_asked_for_twice_is_predicted_once() -> None:
+    twice = study(lambda c: c["prediction"].update(predict_also={"par3": ["healthy", "cuff_w2"]}))
+    assert twice.conditions("par3") == ["healthy", "cuff_w2"]
+
+
 def test_healthy_shoulder_follows_the_tasks_that_a_participant_has() -> None:
     def asked(*names: str) -> Edit:
         return lambda config: config["prediction"].update(tasks=list(names))
@@ -149,6 +154,18 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
             "never comes to a solution",
         ),
         (lambda c: c["model"].update(masses="weighed"), "key 'model.masses'"),
+        (
+            lambda c: c["prediction"]["conditions"]["cuff_w2"].update(muscles=["suprra", "infra"]),
+            "'prediction.conditions.cuff_w2.muscles' names suprra; the model simulates no such",
+        ),
+        (
+            lambda c: c["variants"]["predict"].update(published={"par8": ["healthy"]}),
+            "'variants.predict' names 'par8'",
+        ),
+        (
+            lambda c: c["variants"]["named"]["published"]["problem"].update(stpos=False),
+            "'variants.named.published.problem' has stpos, which is no choice of a problem. Choose",
+        ),
     ],
 )
 def test_names_of_nothing_are_refused(change: Edit, said: str) -> None:

@@ -1,20 +1,31 @@
 """What a calibration says of its scalers, how it is scored, and who uses it."""
 
 import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from emg_study import CHANNELS, CONFIG, ENVELOPE
 from muscle_record import muscle_record
-from small_posed import small_settings
+from small_posed import small_model, small_settings
+from synthetic_study import PARTICIPANTS, solution
 
+from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.emg.envelope import Envelopes, write_envelopes
+from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.composite import composite_target
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.stages import calibration
 from scapulohumeral.stages.calibration import (
+    CalibrationFiles,
     CalibrationSettings,
     calibrated_muscles,
     describe,
@@ -37,6 +48,11 @@ SETTINGS = CalibrationSettings(
     refinement=RefinementSettings(**SECTION["refinement"]),
     identifiable={"force": 0.15, "fibre": 0.08},
 )
+
+
+def test_window_whose_gain_is_not_known_is_refused_before_the_solve():
+    with pytest.raises(ConfigError, match=r"mvc_window_s: 0.5; .* measured for 0, 1, 3 s"):
+        replace(SETTINGS, envelope=replace(ENVELOPE, mvc_window_s=0.5))
 
 
 def refined(values, sd) -> Refined:
@@ -181,3 +197,38 @@ def test_calibrated_muscles_are_scaled_by_group(tmp_path):
     np.testing.assert_array_equal(
         muscles.max_isometric_force[outside], generic.max_isometric_force[outside]
     )
+
+
+def test_hand_holds_what_it_held_when_the_elevations_were_recorded(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    person = Path(shutil.copytree(PARTICIPANTS / "par2", tmp_path / "par2")) / "participant.yaml"
+    text = person.read_text(encoding="utf-8")
+    person.write_text(text.replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"), encoding="utf-8")
+    solved = solution("par2", "frontal", "quaternion")
+    write_solution(solved, tmp_path / "frontal.npz")
+    time, flat = solved.time_s[[0, -1]], np.full((2, len(CHANNELS.names)), 0.3)
+    write_envelopes(tmp_path / "emg.csv", Envelopes(CHANNELS.names, time, flat, simulated=True))
+    model = replace(small_model(quaternion_equations), record=muscle_record())
+    monkeypatch.setattr(calibration, "load_model", lambda _: model)
+    files = CalibrationFiles(
+        model=ModelFiles(person, *[Path("unread")] * 4),
+        channels=TABLE,
+        tracked=[tmp_path / "frontal.npz"],
+        envelopes=[tmp_path / "emg.csv"],
+    )
+    study = calibration._read(files, SETTINGS)
+    posed = study.posed(composite_target(study.composite), SETTINGS.solve)
+    assert unpack(posed.parameters)["mass_load"] == 1.5
+
+
+def test_calibration_that_did_not_converge_is_no_result(tmp_path):
+    record = muscle_record()
+    kinds = {kind: entry(1.1, 0.1) for kind in ("force", "fibre")}
+    document = {"groups": dict.fromkeys(CHANNELS.groups, kinds), "iterations": 8}
+    path = tmp_path / "par2_scalers.json"
+    path.write_text(json.dumps(document | {"status": "not converged"}), encoding="utf-8")
+    with pytest.raises(SolveError, match=r"par2_scalers.json: .* not converge in 8 iterations"):
+        calibrated_muscles(record, TABLE, path)
+    path.write_text(json.dumps(document | {"status": "converged"}), encoding="utf-8")
+    assert (read_scalers(path, muscle_groups(record, CHANNELS)) == 1.1).all()

@@ -10,7 +10,7 @@ import pytest
 from emg_study import CHANNELS, CONFIG, ENVELOPE, LIMITS, SIMULATION
 
 from scapulohumeral.emg.envelope import read_envelopes
-from scapulohumeral.emg.recording import write_recording
+from scapulohumeral.emg.recording import read_recording, write_recording
 from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.participant import read_participant
@@ -73,6 +73,9 @@ def test_measured_trial_is_shifted_by_its_delay(
 ) -> None:
     before = onset(files, tmp_path)
     add_to_yaml(participants, ENTRY)
+    assert onset(files, tmp_path) == before, "simulated signals have no delay"
+    raw = read_recording(files.raw, CHANNELS.names)
+    write_recording(files.raw, replace(raw, simulated=False))
     assert onset(files, tmp_path) == pytest.approx(before - 0.25, abs=0.011)
 
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_recording import write_participant
 from skeleton import muscle, uneven_record
 
-from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
 from scapulohumeral.model.record import write_record
@@ -137,19 +137,15 @@ def test_assessment_of_an_exact_path(equations, tmp_path):
         smooth=np.ones((12, 1), bool),
     )
     write_record(record, tmp_path / "model.json")
-    table = np.column_stack([np.arange(12), np.rad2deg(ANGLES)])
-    np.savetxt(
-        tmp_path / "recording.csv",
-        table,
-        delimiter=",",
-        header=",".join(("time_s", *ANGLE_COLUMNS)),
-        comments="",
-    )
     files = (tmp_path / "samples.npz", tmp_path / "model.json")
     fit = geometry.fit_muscle_geometry(*files, equations.name, FitSettings())
-    quality = geometry.assess_muscle_geometry(
-        fit, *files, [tmp_path / "recording.csv"], equations, FitSettings()
-    ).iloc[0]
+
+    def assessed(**entry):
+        participant = write_participant(tmp_path, ANGLES, **entry)
+        table = geometry.assess_muscle_geometry(fit, *files, participant, equations, FitSettings())
+        return table.iloc[0]
+
+    quality = assessed()
     assert (quality.muscle, quality.path, quality.joints) == ("example", "straight", "GH")
     assert quality.length_max_mm == pytest.approx(1.0)
     assert quality.length_rmse_mm == pytest.approx(0.5)  # one of four
@@ -157,3 +153,6 @@ def test_assessment_of_an_exact_path(equations, tmp_path):
     assert quality.direction_rmse == pytest.approx(0.0, abs=1e-12)
     assert quality.fibre_max == pytest.approx((distance.max() - 0.02) / 0.04)
     assert bool(quality.fibre_outside) == (quality.fibre_max > 1.8)
+    # These angles are all noise: smoothed as the participant asks for, fibres change less.
+    smooth = assessed(smooth_cutoff_hz=3.0)
+    assert smooth.fibre_max - smooth.fibre_min < 0.5 * (quality.fibre_max - quality.fibre_min)

@@ -4,10 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from small_arm import NAMES, small_forces, small_motion
+from synthetic_study import solution
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import trial_to_pose
-from scapulohumeral.stages.geometry_audit import audit_geometry, audit_table
+from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.stages.geometry_audit import audit_geometry, audit_table, audited_poses
 
 pytestmark = pytest.mark.unit
 
@@ -77,3 +79,21 @@ def test_table_names_the_worst_muscle_of_each_prediction(forces, tmp_path):
     row = table.iloc[0]
     assert (row.participant, row.condition, row.length_muscle) == ("par2", "healthy", "biceps")
     assert row.length_max_mm == pytest.approx(7.0, rel=1e-5)
+
+
+def test_failed_solve_has_a_row_without_numbers(forces, tmp_path):
+    path = tmp_path / "failed.npz"
+    for status, poses in (("optimal", 10), ("failed", 0)):
+        write_solution(solution("par2", "frontal", "quaternion", status), path)
+        assert audited_poses(path, 4).shape == (poses, 13)
+    one = samples(forces)
+    none = {name: one[name][:0] for name in one if name != "muscles"}
+    audit(forces, none | {"muscles": one["muscles"]}, tmp_path).to_csv(tmp_path / "failed.csv")
+    audit(forces, one, tmp_path).to_csv(tmp_path / "healthy.csv")
+    names = [("par2", "failed"), ("par2", "healthy")]
+    table = audit_table([tmp_path / "failed.csv", tmp_path / "healthy.csv"], names)
+    assert table.poses.tolist() == [0, 12]
+    assert table.length_muscle[0] == ""
+    numbers = [name for name in table if name.endswith("_mm")]
+    assert table.loc[0, numbers].isna().all()
+    assert table.loc[1, numbers].notna().all()

@@ -30,10 +30,10 @@ from scapulohumeral.stages.prediction import (
     PredictionSettings,
     _Scene,
     _ways,
-    held_load,
     limit_capacity,
     posing,
 )
+from scapulohumeral.stages.tracking import held_load
 
 pytestmark = pytest.mark.unit
 

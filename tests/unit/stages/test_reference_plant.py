@@ -2,6 +2,7 @@
 
 import ast
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -9,17 +10,25 @@ import pytest
 import yaml
 from emg_study import CHANNELS, CONFIG, SIMULATION
 from muscle_record import muscle_record
+from small_posed import small_settings
+from synthetic_study import PARTICIPANTS, solution
 
 from scapulohumeral import provenance
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.recording import read_recording
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.calibrated_groups import muscle_groups
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.stages import reference_plant
 from scapulohumeral.stages.reference_plant import (
+    PlantFiles,
     plant_muscles,
     read_plant,
     scaler_values,
     simulate_contractions,
+    simulate_elevations,
+    simulate_task,
 )
 
 pytestmark = pytest.mark.unit
@@ -91,6 +100,31 @@ def test_scaler_values_are_in_the_order_of_the_groups():
     assert values.shape == (2, len(CHANNELS.groups))
     assert values[0, 2] == plant.force[CHANNELS.groups[2]]
     assert values[1, -1] == plant.fibre[CHANNELS.groups[-1]]
+
+
+def test_the_plant_holds_what_the_participant_held(tmp_path, monkeypatch):
+    person = Path(shutil.copytree(PARTICIPANTS / "par2", tmp_path / "par2")) / "participant.yaml"
+    text = person.read_text(encoding="utf-8")
+    person.write_text(text.replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"), encoding="utf-8")
+    tracked = [tmp_path / "frontal.npz"]
+    write_solution(solution("par2", "frontal", "quaternion"), *tracked)
+
+    class PosedError(Exception):
+        """What the motion is posed with."""
+
+    def pose(*given):
+        raise PosedError(given[-1])
+
+    monkeypatch.setattr(reference_plant, "_pose", pose)
+    files = PlantFiles(Path("unread"), Path("unread"), ModelFiles(person, *[Path("unread")] * 4))
+    with pytest.raises(PosedError) as posed:
+        simulate_elevations(files, tracked, small_settings(), 1.0, SIMULATION, None)
+    (motion,) = posed.value.args
+    assert motion.hand_load_kg == 1.5
+    assert motion.sources == tracked
+    with pytest.raises(PosedError) as posed:
+        simulate_task("drinking", files, small_settings(), SIMULATION, None)
+    assert posed.value.args[0].sources == [person.parent / "drinking.csv"]
 
 
 def test_contractions_say_that_they_are_simulated(tmp_path):

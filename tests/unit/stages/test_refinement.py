@@ -8,7 +8,7 @@ from emg_study import ENVELOPE
 from small_arm import small_muscles
 from small_posed import small_posed, small_settings, small_target
 
-from scapulohumeral.emg.accuracy import GAIN_BIAS, correlation_time_s, noise_sd
+from scapulohumeral.emg.accuracy import channel_gain, correlation_time_s, noise_sd
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.scalers import Scalers
@@ -106,7 +106,7 @@ def test_channels_pass_the_low_pass_of_envelopes_motion_by_motion():
 def test_exact_envelopes_give_the_scalers_behind_them(study):
     posed, start, excitation = study
     clean = evidence(excitation)
-    clean = replace(clean, envelopes=(1 + GAIN_BIAS) * clean.seen(excitation))
+    clean = replace(clean, envelopes=(1 + channel_gain(ENVELOPE)[0]) * clean.seen(excitation))
     loose = replace(SETTINGS, prior_sd_force=3.0, prior_sd_fibre=3.0, smallest_step=1e-4)
     refined = refine(posed, GROUPS, clean, start, loose)
     assert refined.converged
@@ -116,7 +116,7 @@ def test_exact_envelopes_give_the_scalers_behind_them(study):
 
 def test_noisy_envelopes_give_the_scalers_within_their_intervals(study):
     posed, start, excitation = study
-    seen = (1 + GAIN_BIAS) * evidence(excitation).seen(excitation)
+    seen = (1 + channel_gain(ENVELOPE)[0]) * evidence(excitation).seen(excitation)
     noise = noise_sd(seen, ENVELOPE) * coloured_noise(seen.shape, seed=1)
     refined = refine(posed, GROUPS, evidence(np.maximum(seen + noise, 0.0)), start, SETTINGS)
     assert refined.converged

@@ -5,15 +5,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from small_arm import small_muscles
 from small_posed import small_posed, small_settings, small_target
+from synthetic_study import solution
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.ocp.scalers import Scalers
+from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 from scapulohumeral.problems.posed_problem import effort_factors
 from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
+from scapulohumeral.report.prediction.tables import spread_table
 from scapulohumeral.stages.calibration import read_covariance
 from scapulohumeral.stages.checks.scaler_spread import scaler_spread, upward_rotation_slopes
 from scapulohumeral.stages.prediction import TRACKED, Condition
@@ -78,6 +82,18 @@ def test_generic_muscles_have_no_spread():
 
     with pytest.raises(ConfigError, match="prediction healthy: its muscles are generic"):
         scaler_spread(unread, Condition("healthy", "generic", 2.0), Files(), None)
+
+
+def test_failed_prediction_has_a_table_without_rows(tmp_path):
+    write_solution(solution("par2", "frontal", "quaternion", "failed"), tmp_path / "failed.npz")
+
+    class Files:
+        calibration = tmp_path / "unread.json"
+
+    condition = Condition("healthy", "calibrated", 2.0)
+    table = scaler_spread(tmp_path / "failed.npz", condition, Files(), None)
+    table.to_csv(tmp_path / "spread.csv", index=False)
+    assert spread_table(pd.read_csv(tmp_path / "spread.csv")).rows == []
 
 
 def test_calibration_without_covariance_is_refused(tmp_path):

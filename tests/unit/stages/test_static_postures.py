@@ -1,16 +1,22 @@
 """Static postures along a recording: which poses are taken, what is said of them."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from skeleton import CONSTANTS, muscle, skeleton_record
-from synthetic_study import solution
+from small_posed import small_model
+from synthetic_study import PARTICIPANTS, solution
 
+from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.model.rotations import quaternion_to_matrix
+from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.problems.static_posture import StaticSolution
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 from scapulohumeral.stages.checks import static_postures as stage
@@ -70,6 +76,30 @@ def test_costs_leave_out_what_holds_the_girdle():
     assert costs["held_force_bw"] == pytest.approx(100.0 * 100.0 / (50.0 * 9.80665))
     tilted = stage._costs("held", POSTURE, found([0, 0, 0], (100.0, 20.0, 10.0)), RECORD)
     assert tilted["held_stability"] == pytest.approx(0.5 * 0.2**2 + 2.0 * 0.1**2)
+
+
+def test_hand_holds_what_it_held_when_the_motion_was_recorded(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    person = Path(shutil.copytree(PARTICIPANTS / "par2", tmp_path / "par2")) / "participant.yaml"
+    text = person.read_text(encoding="utf-8")
+    loaded = "frontal.csv, hand_load_kg: 1.5"
+    person.write_text(text.replace("frontal.csv, hand_load_kg: 0.0", loaded), encoding="utf-8")
+    tracked = [tmp_path / f"{plane}.npz" for plane in ("frontal", "sagittal")]
+    for path in tracked:
+        write_solution(solution("par2", path.stem, "quaternion"), path)
+
+    def row(posture, *_):
+        return {"status": unpack(posture.parameters)["mass_load"].item()}
+
+    monkeypatch.setattr(stage, "_row", row)
+    monkeypatch.setattr(stage, "load_model", lambda _: small_model(quaternion_equations))
+    files = stage.PostureFiles(
+        ModelFiles(person, *[Path("unread")] * 4), Path("unread"), None, tracked
+    )
+    table = stage.static_postures(files, {"activation": 1.0, "strength_exponent": 1.0}, 2.0)
+    # The status of a row is the load that it was solved with.
+    assert table.groupby("plane").status.unique().to_dict() == {"frontal": [1.5], "sagittal": [0.0]}
 
 
 def test_failed_posture_keeps_its_reason(monkeypatch):

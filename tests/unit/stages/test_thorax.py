@@ -5,16 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_recording import write_participant
 from skeleton import CONSTANTS, joint, skeleton_record, surface
 
 from scapulohumeral.errors import ModelError
-from scapulohumeral.model.motion import ANGLE_COLUMNS
 from scapulohumeral.model.record import PointRecord, write_record
 from scapulohumeral.stages import thorax
 
 pytestmark = pytest.mark.unit
 
 CENTRE, RADII = np.array([0.0, -0.2, 0.08]), np.array([0.16, 0.23, 0.1])
+
+
+# An elevation in 50 frames [rad].
+ANGLES = np.deg2rad(
+    np.linspace([-40, 5, 0, 45, 5, 0, 20, 10, 0, 20], [-20, 15, 20, 55, 10, 5] + [50] * 4, 50)
+)
 
 
 def surface_points(centre, radii, count=400):
@@ -90,17 +96,24 @@ def make_record():
     )
 
 
-def test_stage_writes_ellipsoid_misfit_and_prior(tmp_path):
-    model, recording, output = (tmp_path / name for name in ("m.json", "r.csv", "t.json"))
+def fitted(folder, angles, **entry):
+    """What the stage writes for an elevation of these joint angles (T, 10) [rad]."""
+    model, output = folder / "m.json", folder / "t.json"
     write_record(make_record(), model)
-    angles = np.linspace(
-        [-40, 5, 0, 45, 5, 0, 20, 10, 0, 20], [-20, 15, 20, 55, 10, 5] + [50] * 4, 9
-    )
-    lines = [",".join(("time_s", *ANGLE_COLUMNS))]
-    lines += [",".join(map(str, (0.1 * i, *row))) for i, row in enumerate(angles)]
-    recording.write_text("\n".join(lines) + "\n")
-    thorax.fit_thorax(model, [recording, recording], output)
-    document = json.loads(output.read_text())
+    thorax.fit_participant_thorax(model, write_participant(folder, angles, **entry), output)
+    return json.loads(output.read_text())
+
+
+def test_a_raw_recording_is_smoothed_where_the_participant_says_so(tmp_path):
+    noise = 0.05 * np.random.default_rng(3).normal(size=ANGLES.shape)
+    clean, raw = (fitted(tmp_path, angles) for angles in (ANGLES, ANGLES + noise))
+    smooth = fitted(tmp_path, ANGLES + noise, smooth_cutoff_hz=3.0)
+    apart = [abs(each["level_sd"] - clean["level_sd"]) for each in (raw, smooth)]
+    assert apart[1] < 0.5 * apart[0]
+
+
+def test_stage_writes_ellipsoid_misfit_and_prior(tmp_path):
+    document = fitted(tmp_path, ANGLES)
     assert document["schema"] == "thorax/1"
     assert document["participant"] == "par9"
     assert document["level_min"] <= document["level_mean"] <= document["level_max"]

@@ -90,6 +90,9 @@ def _write_participant(
     from scapulohumeral.laboratory.body_size import scale_factors
 
     usable = [outcome for outcome in outcomes if outcome.usable and outcome.source]
+    if not usable:
+        print("no participant of a diagnosis: it needs a recording without a fault, see above")
+        return
     points = [outcome.points for outcome in usable if outcome.points]
     gravity = participant.gravity_of_records(
         [{"gravity_in_thorax_mps2": o.source.gravity_mps2} for o in usable if o.source]

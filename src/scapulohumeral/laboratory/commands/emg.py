@@ -60,16 +60,16 @@ def run(options: argparse.Namespace, command: str) -> int:
     for file in options.recordings:
         print(file.name, file=sys.stderr, flush=True)
         try:
-            envelopes, checks = emg_files.process_trial(file, contractions, emg_map, pipeline)
+            trial = emg_files.process_trial(file, contractions, emg_map, pipeline)
             table = options.out / f"{file.stem}_emg.csv"
-            names = emg_files.write_emg(table, envelopes, checks, options.keep_faulty)
+            names = emg_files.write_emg(table, trial, options.keep_faulty)
         except DataError as error:
             print(f"refused   {file.stem}: {error}")
             continue
         written.append(set(names))
         if not any((options.out / f"{file.stem}{suffix}").is_file() for suffix in (".csv", ".mot")):
             print(f"note      {file.stem}: {options.out} holds no trial of this name to belong to")
-        for check in checks:
+        for check in trial.checks:
             if not check.passed:
                 left = "" if check.channel in names else " (left out)"
                 print(f"warning   {file.stem}: {emg_files.describe(check)}{left}")

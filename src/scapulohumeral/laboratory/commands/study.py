@@ -19,6 +19,9 @@ from scapulohumeral.provenance import CONFIG_FOLDER
 REPOSITORY = CONFIG_FOLDER.parent
 PROFILES = REPOSITORY / "workflow" / "profiles"
 OVERLAY = "study.yaml"
+# Profiles of this machine, and memory that one of its cores may use [MB]: one solve.
+LOCAL = ("default", "quick")
+MEMORY_MB = 4000
 EXAMPLES = """examples:
   scapulohumeral study                                   # the published participants
   scapulohumeral study --participants people --cores 4   # those of a folder, tracked and reported
@@ -62,6 +65,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     arguments += ["--configfile", *map(str, files)]
     if options.cores is not None:
         arguments += ["--cores", str(options.cores)]
+        if options.profile in LOCAL:
+            arguments += ["--resources", f"mem_mb={MEMORY_MB * options.cores}"]
     if options.dry_run:
         arguments.append("--dry-run")
     return subprocess.run(

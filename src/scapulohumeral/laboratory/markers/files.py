@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.csv_table import check_increasing, number, read_rows
+from scapulohumeral.model.csv_table import check_increasing, number, read_rows, read_text
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
@@ -143,7 +143,7 @@ def _labels(point: Mapping[str, Mapping[str, Sequence[str]]]) -> list[str]:
 
 
 def _read_trc(path: Path) -> Markers:
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    lines = read_text(path).splitlines()
     if len(lines) <= TRC_HEADER_LINES or not lines[0].startswith("PathFileType"):
         raise DataError(f"{path}: no header of a TRC file. Export the recording again.")
     settings = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))

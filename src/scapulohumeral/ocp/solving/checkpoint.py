@@ -1,6 +1,7 @@
 """Interrupted solves go on where they were: iterates on disk, and a clean end on SIGTERM.
 
-A checkpoint belongs to one problem, told by the hash of all that it is made of, its start included.
+A checkpoint belongs to one problem, told by the hash of all that it is made of, its start included,
+and to one task that solves it: others may solve the same at the same time.
 It is written beside its place and moved there, so that it is complete whenever the process dies,
 and removed when the problem is solved.
 
@@ -35,12 +36,15 @@ class Iterate:
     Attributes
     ----------
     nodes : of its mesh; phase : Hessian mode; barrier : barrier parameter
+    iterations, seconds : spent on the problem until then, by interrupted processes too
     free : (n,); multipliers : (m,); lower, upper : (n,) of the bounds
     """
 
     nodes: int
     phase: str
     barrier: float
+    iterations: int
+    seconds: float
     free: np.ndarray
     multipliers: np.ndarray
     lower: np.ndarray
@@ -53,7 +57,7 @@ class Checkpoint:
 
     Attributes
     ----------
-    folder : named by the hash of the problem
+    folder : named by the task and the hash of the problem
     """
 
     folder: Path
@@ -82,6 +86,8 @@ class Checkpoint:
                 nodes=int(data["nodes"]),
                 phase=str(data["phase"]),
                 barrier=float(data["barrier"]),
+                iterations=int(data["iterations"]),
+                seconds=float(data["seconds"]),
                 free=data["free"],
                 multipliers=data["multipliers"],
                 lower=data["lower"],

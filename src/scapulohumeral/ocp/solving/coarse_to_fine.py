@@ -108,7 +108,7 @@ def _over_meshes(
                 return result  # there was no way to it that another start could avoid
             return _fallen_back(family, nodes, start, settings, recorder, result)
         point, before = result.point, mesh
-    return replace(result, meshes=(*settings.coarse, nodes))
+    return replace(result, meshes=meshes, remark=_resumed(recorder))
 
 
 def _interrupted(recorder: Recorder, meshes: tuple[int, ...]) -> tuple[Start, int] | None:
@@ -116,13 +116,23 @@ def _interrupted(recorder: Recorder, meshes: tuple[int, ...]) -> tuple[Start, in
     found = recorder.checkpoint.read() if recorder.checkpoint else None
     if found is None or found.nodes not in meshes:
         return None
-    recorder.say(
-        f"Goes on from the checkpoint of an interrupted solve: {found.phase}, {found.nodes} nodes, "
-        f"barrier {found.barrier:.1e}."
-    )
+    recorder.resumed = found
+    recorder.say(_resumed(recorder))
     if found.phase == "gauss-newton" and found.nodes == meshes[0]:
         return Start(found.free), found.nodes
     return Start(found.free, found.multipliers, found.lower, found.upper), found.nodes
+
+
+def _resumed(recorder: Recorder) -> str:
+    """Where an interrupted solve was taken up; empty if there was none."""
+    found = recorder.resumed
+    if found is None:
+        return ""
+    return (
+        f"Goes on from the checkpoint of an interrupted solve: {found.phase}, {found.nodes} nodes, "
+        f"barrier {found.barrier:.1e}, after {found.iterations} iterations and "
+        f"{found.seconds:.0f} s."
+    )
 
 
 def _solve(
@@ -144,7 +154,8 @@ def _fallen_back(
         f"Solved on {nodes} nodes alone."
     )
     recorder.say(remark)
-    return replace(_solve(family, nodes, start, settings, recorder), remark=remark)
+    said = f"{_resumed(recorder)} {remark}".strip()
+    return replace(_solve(family, nodes, start, settings, recorder), remark=said)
 
 
 def _carried(family: Family, point: Start, before: int, after: int) -> Start:

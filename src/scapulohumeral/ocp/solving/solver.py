@@ -65,7 +65,7 @@ class SolverSettings:
     ----------
     strategy : "automatic", "exact", "gauss-newton" or "limited-memory"
     tolerance : IPOPT's scaled optimality error
-    max_iterations : over all phases
+    max_iterations : of the last phase, on each mesh; phases before it have fewer of their own
     gauss_newton_iterations : most iterations of the first phase of "automatic"
     barrier_start, barrier_exact : first barrier parameter of a cold start and of the exact phase
     barrier_target : slack times multiplier of every bound at the solution; above 0 the solution is
@@ -132,10 +132,11 @@ class Result:
     optimal : whether IPOPT reached its tolerance
     message : IPOPT's words
     objective, constraint_violation : at the last iterate
-    iterations, seconds : over all phases
-    history : one record per iteration
+    iterations, seconds : over all phases, with those of interrupted solves that it went on from
+    history : one record per iteration of this process
     meshes : numbers of nodes of the meshes solved on, the last that of the problem
-    remark : why the meshes are not those of the settings; empty if they are
+    remark : why the meshes are not those of the settings, or where an interrupted solve was taken
+        up; empty if nothing is to be said
     """
 
     point: Start
@@ -160,6 +161,7 @@ class Recorder:
     history : the same records; phases : number of phases so far
     checkpoint : where iterates are kept, or None; stop : whether to end early
     strayed : whether the last phase was ended because it would have left the start's neighbourhood
+    resumed : iterate of an interrupted solve that this one goes on from, or None
     """
 
     stream: TextIO
@@ -168,6 +170,7 @@ class Recorder:
     history: list[dict] = field(default_factory=list)
     phases: int = 0
     strayed: bool = False
+    resumed: Iterate | None = None
     begin: float = field(default_factory=time.perf_counter)
 
     @classmethod
@@ -182,8 +185,16 @@ class Recorder:
 
     @property
     def seconds(self) -> float:
-        """Time since the first solve began."""
-        return time.perf_counter() - self.begin
+        """Time since the first solve began, with that of an interrupted one."""
+        before = self.resumed.seconds if self.resumed else 0.0
+        return before + time.perf_counter() - self.begin
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all phases, with those of an interrupted solve."""
+        before = self.resumed.iterations if self.resumed else 0
+        # The first record of a phase is its start.
+        return before + len(self.history) - self.phases
 
     def say(self, sentence: str) -> None:
         """A sentence for the log and the reader of the terminal."""
@@ -202,7 +213,7 @@ class Recorder:
             self._write(about, step)
             regular = step["mode"] == REGULAR
             if self.checkpoint and regular and (self.checkpoint.is_due or self.stop.requested):
-                self.checkpoint.write(_iterate(problem, mode, step["barrier"]))
+                self.checkpoint.write(_iterate(problem, mode, step["barrier"], self))
             self.strayed = stays_near and not regular
             return not (self.stop.requested or self.strayed)
 
@@ -215,7 +226,7 @@ class Recorder:
         kept = self.checkpoint.folder if self.checkpoint else None
         where = f"last iterate in {kept}; run the same again to go on from it" if kept else "lost"
         raise SolveError(
-            f"stopped by SIGTERM after {len(self.history)} iterations and {self.seconds:.0f} s: "
+            f"stopped by SIGTERM after {self.iterations} iterations and {self.seconds:.0f} s: "
             f"{where}"
         )
 
@@ -280,20 +291,22 @@ def run_phases(
         message=STRAYED if recorder.strayed else info["status_msg"].decode(),
         objective=float(info["obj_val"]),
         constraint_violation=float(np.abs(info["g"]).max()),
-        iterations=len(recorder.history) - recorder.phases,
+        iterations=recorder.iterations,
         seconds=recorder.seconds,
         history=recorder.history,
         meshes=(problem.layout.nodes,),
     )
 
 
-def _iterate(problem: Problem, mode: str, barrier: float) -> Iterate:
+def _iterate(problem: Problem, mode: str, barrier: float, recorder: Recorder) -> Iterate:
     """The present iterate of a problem that IPOPT is working on."""
     now = problem.get_current_iterate()
     return Iterate(
         nodes=problem.layout.nodes,
         phase=mode,
         barrier=barrier,
+        iterations=recorder.iterations,
+        seconds=recorder.seconds,
         free=now["x"],
         multipliers=now["mult_g"],
         lower=now["mult_x_L"],

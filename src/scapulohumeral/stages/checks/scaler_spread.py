@@ -44,6 +44,10 @@ from scapulohumeral.stages.prediction import (
 
 # Step along a derivative for differences of angles, as a share of one whole scaler [1].
 SHARE = 1e-4
+COLUMNS = (
+    *("participant", "condition", "plane", "arm_deg"),
+    *("mostly_by", "upward_rotation_deg", "sd_deg", "by_it_deg"),
+)
 
 
 def scaler_spread(
@@ -53,21 +57,23 @@ def scaler_spread(
 
     Returns
     -------
-    table, one row per plane and elevation of the rising arm
+    table, one row per plane and elevation of the rising arm; none of a solve that failed
         participant, condition, plane, arm_deg, upward_rotation_deg, sd_deg; mostly_by, the scaler
         that alone would leave most of it, and by_it_deg, how much
 
     Raises
     ------
     ConfigError                      a prediction with generic muscles
-    SolveError                       a prediction that failed
     """
     if files.calibration is None:
         raise ConfigError(
             f"prediction {condition.name}: its muscles are generic, so no calibration makes it "
             "uncertain; choose a condition with calibrated parameters"
         )
-    solved, record = read_solution(solution), read_record(files.model.model)
+    solved = read_solution(solution, allow_failed=True)
+    if solved.header["status"] != "optimal":
+        return pd.DataFrame(columns=list(COLUMNS))
+    record = read_record(files.model.model)
     scalers = muscle_groups(record, read_channels(files.channels))
     values, generic = read_scalers(files.calibration, scalers), muscle_parameters(record)
     posed_for = posing(condition, files, settings)
@@ -101,7 +107,7 @@ def scaler_spread(
                     "by_it_deg": alone[node, worst],
                 }
             )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def _node_at(angles: np.ndarray, level: float) -> int | None:

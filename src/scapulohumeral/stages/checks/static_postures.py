@@ -10,7 +10,7 @@ Letters: M muscles.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
 from scapulohumeral.quantities.rhythm import rising_part
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 from scapulohumeral.stages.calibration import calibrated_muscles
+from scapulohumeral.stages.tracking import held_load
 
 # Elevations at which postures are taken, as far as the arm goes [deg].
 LEVELS_DEG = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
@@ -84,10 +85,12 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
     rows = []
     for path in files.tracked:
         tracked = read_solution(path)
+        load = held_load(files.model, [tracked.header["trial"]])
+        loaded = replace(posture, parameters=model.free_parameters(load))
         for level, pose in _recorded(tracked.reference_pose):
             about = {"participant": tracked.header["participant"]}
             about |= {"plane": tracked.header["trial"], "arm_deg": level}
-            rows.append(about | _row(posture, pose, model.record))
+            rows.append(about | _row(loaded, pose, model.record))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

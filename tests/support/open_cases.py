@@ -26,5 +26,7 @@ def open_case(
         NONE: Score(np.log(0.1), -40.0, -40.0),
         NO_GAP: Score(np.log(0.1), -40.0, -40.0),
     }
-    about = Circumstances(present, referenced=True, told=True, p_value=p_value, misfit=1.0)
+    about = Circumstances(
+        present, referenced=True, told=True, able=True, p_value=p_value, misfit=1.0
+    )
     return OpenCase(draw, "a1", right, right, about, scores)

@@ -49,6 +49,7 @@ from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.unknown_input import unknown_input_left
 from scapulohumeral.gap.result import (
     Candidate,
+    Detectable,
     Diagnosis,
     Feasibility,
     Gap,
@@ -58,7 +59,7 @@ from scapulohumeral.gap.result import (
     Status,
     describe_inputs,
 )
-from scapulohumeral.gap.verdict import candidates, detectability, isolability, posterior
+from scapulohumeral.gap.verdict import candidates, isolability, posterior
 
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
@@ -74,6 +75,7 @@ class Findings:
     ----------
     case, records, evidence : what was measured, compared and linearised
     presence, map : whether there is a gap, and where it shows
+    detectable : what would have shown
     judged : hypotheses and their probabilities
     """
 
@@ -82,6 +84,7 @@ class Findings:
     evidence: Evidence
     presence: Presence
     map: DifferenceMap
+    detectable: tuple[Detectable, ...]
     judged: Judged
 
     @property
@@ -200,13 +203,7 @@ def _gap(found: Findings) -> Gap:
         floor_source=evidence.noise.source,
         size=gap_size(evidence.cautious, sides(c, records), found.case.seed),
         no_cost=_no_cost(evidence, records),
-        smallest_detectable=detectability.smallest_detectable(
-            list(evidence.known.values())[-1],
-            evidence.cautious,
-            is_there.shape_thresholds,
-            evidence.settings.signature_error,
-            found.case.seed,
-        ),
+        smallest_detectable=found.detectable,
     )
 
 
@@ -287,6 +284,11 @@ def _remarks(found: Findings) -> list[str]:
         remarks.append(
             "motion alone: people keep a movement against what acts on the body, which then does "
             "not show; EMG or joint force would tell"
+        )
+    elif found.judged.circumstances.unable:
+        remarks.append(
+            "these trials would have shown fewer than half of the kinds of causes: that no gap "
+            "shows excludes none of them; record more repeats, tasks or muscles"
         )
     if not found.records.reference:
         remarks.append("no reference trials: errors of the model itself lower all confidence")

@@ -101,10 +101,12 @@ def judge(
     weighing: Weighing,
     inflation: float,
     seed: int,
+    able: bool,
 ) -> Judged:
     """Hypotheses with their probabilities, and what speaks against naming the first.
 
-    `inflation` and `seed` are those of the tests for a gap.
+    `inflation` and `seed` are those of the tests for a gap; `able` says whether most causes would
+    have shown.
     """
     present = is_there.present
     others = evidence.others()
@@ -112,7 +114,7 @@ def judge(
     if MOVED in others:
         fits.append(movement_fit(evidence.residuals, others[MOVED]))
     scores = _scores(evidence, found, fits, others, weighing)
-    case = _circumstances(evidence, is_there, fits)
+    case = _circumstances(evidence, is_there, fits, able)
     p = posterior.probabilities(scores, weighing, case)
     best = next(f for f in fits if f.label == p.first)
     weighing = posterior.heard(weighing, case)
@@ -153,12 +155,15 @@ def judge(
     )
 
 
-def _circumstances(evidence: Evidence, is_there: Presence, fits: Sequence[Fit]) -> Circumstances:
+def _circumstances(
+    evidence: Evidence, is_there: Presence, fits: Sequence[Fit], able: bool
+) -> Circumstances:
     """What of a case decides how its evidence counts."""
     return Circumstances(
         present=is_there.present,
         referenced=evidence.referenced,
         told=motion_is_told(evidence),
+        able=able,
         p_value=is_there.p_value,
         misfit=misfit(fits, evidence.residuals, evidence.settings.signature_error),
     )

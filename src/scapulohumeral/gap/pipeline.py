@@ -41,6 +41,7 @@ from scapulohumeral.gap.result import (
 )
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.verdict.baselines import baseline_labels
+from scapulohumeral.gap.verdict.detectability import silence_tells, smallest_detectable
 
 log = logging.getLogger(__name__)
 
@@ -109,8 +110,13 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     explanations = screened_only(evidence)
     if is_there.present:
         explanations = fit_all(evidence, model, case.threads, warnings)
-    judged = judge(evidence, explanations, is_there, weighing, inflation, case.seed)
-    told = answer(Findings(case, records, evidence, is_there, found, judged), warnings)
+    # Who yields to an effect is found sooner than who keeps the movement.
+    firm = list(evidence.known.values())[-1]
+    error, shown = evidence.settings.signature_error, is_there.shape_thresholds
+    seen = smallest_detectable(firm, evidence.cautious, shown, error, case.seed)
+    able = silence_tells((one.label for one in firm), (one.label for one in seen))
+    judged = judge(evidence, explanations, is_there, weighing, inflation, case.seed, able)
+    told = answer(Findings(case, records, evidence, is_there, found, seen, judged), warnings)
     rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(
         told,

@@ -375,6 +375,8 @@ def test_maxima_that_both_sides_share_say_as_much_as_a_maximal_contraction():
     assert one.emg_has_one_maximum
     assert not own.emg_has_one_maximum
     assert not replace(one, reference=()).emg_has_one_maximum
+    told = replace(own.participant, emg_unit="fraction_of_shared_max")
+    assert replace(own, participant=told).emg_has_one_maximum
     said = [" ".join(diagnose(some, None, SETTINGS).warnings) for some in (one, own)]
     assert ["maxima that test and reference trials share" in text for text in said] == [True, False]
     assert ["own maximum" in text for text in said] == [False, True]

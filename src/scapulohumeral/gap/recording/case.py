@@ -125,7 +125,8 @@ class GapParticipant:
     model : how the base model is scaled
     gravity_mps2 : in thorax axes
     emg_channels : EMG column -> muscle groups of the model that it records; empty without EMG
-    emg_unit : "fraction_of_mvc" or "fraction_of_max", whose gain is less certain
+    emg_unit : "fraction_of_mvc"; "fraction_of_shared_max", of the largest value of all trials,
+        which tells no level; or "fraction_of_max", of maxima that need not be the same, either
     neighbours : pairs of EMG columns between which cross-talk is considered
     """
 
@@ -183,11 +184,13 @@ class Case:
 
     @property
     def emg_has_one_maximum(self) -> bool:
-        """Whether the same maxima divided EMG of both sides, as its values show.
+        """Whether the same maxima divided EMG of both sides, as its unit says or its values show.
 
-        In every channel the largest value of all trials is 1, and in some channel that of one side
-        is not: this side was not divided by its own.
+        Values do where in every channel the largest value of all trials is 1, and in some channel
+        that of one side is not: this side was not divided by its own.
         """
+        if self.channels and self.participant.emg_unit == "fraction_of_shared_max":
+            return True
         if not self.channels or not self.reference:
             return False
         sides = [self._largest_emg(trials) for trials in (self.test, self.reference)]

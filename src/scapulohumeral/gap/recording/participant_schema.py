@@ -36,7 +36,7 @@ _EMG = _closed(
                 "description": "muscle groups of the model under this electrode",
             },
         },
-        "unit": {"enum": ["fraction_of_mvc", "fraction_of_max"]},
+        "unit": {"enum": ["fraction_of_mvc", "fraction_of_shared_max", "fraction_of_max"]},
         "neighbours": {
             "type": "array",
             "items": {

@@ -9,7 +9,7 @@ Letters: D coefficients, T tasks, d = D / T, P parameters, M draws of scatter an
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from scipy.stats import chi2, norm
 from scapulohumeral.gap.detection.shaped import P_RANGE, directions, scales, white_by_task
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.model_error import change_error, own_error
-from scapulohumeral.gap.labels import GLR, ON_RECORD
+from scapulohumeral.gap.labels import GLR, ON_RECORD, family
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (
@@ -68,6 +68,14 @@ def smallest_detectable(
             value = param.physical(float(internal))
             rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
     return tuple(rows)
+
+
+def silence_tells(effects: Iterable[str], detectable: Iterable[str]) -> bool:
+    """Whether at least half of the families of effects would have shown inside their bounds.
+
+    No gap in trials that could show less is no evidence against causes. Both are given by label.
+    """
+    return 2 * len(set(map(family, detectable))) >= len(set(map(family, effects)))
 
 
 @dataclass(frozen=True, eq=False)

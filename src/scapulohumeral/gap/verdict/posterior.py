@@ -124,6 +124,7 @@ class Circumstances:
     present : whether the difference exceeds the noise
     referenced : whether it is that to reference trials
     told : whether EMG or joint force is compared, beside the motion that people keep
+    able : whether most causes would have shown (`detectability.silence_tells`)
     p_value : of the test for a gap
     misfit : how many times as much as assumed the likeliest explanation leaves (`misfit.misfit`)
     """
@@ -131,13 +132,19 @@ class Circumstances:
     present: bool
     referenced: bool
     told: bool
+    able: bool
     p_value: float
     misfit: float
 
     @property
     def heard(self) -> bool:
-        """Whether evidence is for or against causes: a gap, or its absence where muscles show."""
-        return self.present or self.told
+        """Whether evidence is for or against causes: a gap, or none where most would show."""
+        return self.present or (self.told and self.able)
+
+    @property
+    def unable(self) -> bool:
+        """Whether no gap shows in muscles that would have shown few causes."""
+        return not self.present and self.told and not self.able
 
 
 def probabilities(
@@ -201,11 +208,15 @@ def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool
 def no_gap_range(weighing: Weighing, case: Circumstances) -> tuple[float, float]:
     """Least and largest probability of no gap.
 
+    Where few causes would have shown, that none does is no reason for a least one.
+
     Without any effect all p values are as probable; with one their density is taken to rise towards
     zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it.
     """
     if case.present:
         return 0.0, UNDECIDED
+    if case.unable:
+        return 0.0, 1.0
     share = weighing.silent_alone
     if case.referenced:
         share = weighing.silent if case.told else weighing.silent_motion

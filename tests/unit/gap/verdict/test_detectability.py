@@ -13,7 +13,7 @@ from scapulohumeral.gap.isolation.model_error import change_error, own_error
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS, phase_functions
 from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.verdict.detectability import POWER, smallest_detectable
+from scapulohumeral.gap.verdict.detectability import POWER, silence_tells, smallest_detectable
 
 pytestmark = pytest.mark.unit
 FUNCTIONS = phase_functions(20, 4)
@@ -78,3 +78,9 @@ def test_what_scatter_hides_at_any_size_is_not_promised() -> None:
     reached = np.sqrt(4.0 + SIZE)
     assert smallest_detectable([one], noise, {"glr": 0.5 * reached, "on_record": 9.0}, 0.0, 1)
     assert not smallest_detectable([one], noise, {"glr": 1.2 * reached, "on_record": 9.0}, 0.0, 1)
+
+
+def test_silence_tells_where_half_of_the_families_would_have_shown() -> None:
+    every = ["body/a/1", "body/a/2", "body/b", "control/c", "input/d"]
+    assert silence_tells(every, ["body/a/1", "body/b"])
+    assert not silence_tells(every, ["body/a/1", "body/a/2"])

@@ -40,7 +40,9 @@ PLAIN = Weighing(
     least=0.02,
 )
 FREE = (0.0, 1.0)
-WITH_GAP = Circumstances(present=True, referenced=True, told=True, p_value=1.0, misfit=1.0)
+WITH_GAP = Circumstances(
+    present=True, referenced=True, told=True, able=True, p_value=1.0, misfit=1.0
+)
 SILENT = replace(WITH_GAP, present=False)
 # Where evidence counts as it is.
 HEARD = (replace(WITH_GAP, told=False), SILENT, WITH_GAP)
@@ -152,8 +154,20 @@ def test_no_gap_stays_inside_of_its_range(evidence):
 def test_where_no_gap_is_found_there_is_as_probably_none_as_was_seen(
     present, referenced, told, expected
 ):
-    case = Circumstances(present, referenced, told, p_value=1.0, misfit=1.0)
+    case = Circumstances(present, referenced, told, able=True, p_value=1.0, misfit=1.0)
     assert no_gap_range(PLAIN, case) == pytest.approx(expected)
+
+
+def test_no_gap_in_trials_that_could_show_little_excludes_no_cause():
+    """Causes stay as probable as before any data, and no gap as its evidence says."""
+    weak = replace(SILENT, told=True, able=False)
+    assert weak.unable
+    assert not weak.heard
+    assert not replace(weak, able=True).unable
+    assert not replace(weak, present=True).unable
+    assert no_gap_range(PLAIN, weak) == (0.0, 1.0)
+    found = posterior(scores(a=50.0), heard(PLAIN, weak), no_gap_range(PLAIN, weak))
+    assert found.labels["a"] / found.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
 
 
 def test_no_gap_is_less_probable_where_a_gap_was_nearly_found():

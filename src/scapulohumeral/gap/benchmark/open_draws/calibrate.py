@@ -87,7 +87,8 @@ def _with_silences(weighing: Weighing, cases: Sequence[OpenCase]) -> Weighing:
 
     Given those in use, as for :func:`fitted`.
     """
-    seen = [(case.about, NO_GAP in case.right) for case in cases if not case.about.present]
+    silent = (case for case in cases if not (case.about.present or case.about.unable))
+    seen = [(case.about, NO_GAP in case.right) for case in silent]
     names = ("silent", "silent_motion", "silent_alone", "silent_power")
     first = _log_odds(weighing, names)
 

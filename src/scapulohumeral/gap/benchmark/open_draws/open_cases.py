@@ -22,6 +22,7 @@ from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import MISFIT, read_table
 from scapulohumeral.gap.isolation.hypothesis import Direction
 from scapulohumeral.gap.labels import JOIN, MOVED, NO_GAP, NONE, matches_any
+from scapulohumeral.gap.verdict.detectability import silence_tells
 from scapulohumeral.gap.verdict.posterior import (
     Circumstances,
     Posterior,
@@ -138,6 +139,10 @@ def open_case(draw: str, case: ScoredCase) -> OpenCase:
             present=bool(answer["gap"]["present"]),
             referenced=answer["mode"] == "reference",
             told=bool(channels["emg"] or channels["contact_force"]),
+            able=silence_tells(
+                (one for one in scores if JOIN not in one and one not in (NONE, NO_GAP, MOVED)),
+                (one["label"] for one in answer["gap"]["smallest_detectable"]),
+            ),
             p_value=float(answer["gap"]["p_value"]),
             misfit=float(errors[MISFIT]),
         ),
@@ -160,6 +165,7 @@ def write_opened(cases: Sequence[OpenCase], folder: Path, weighing: Weighing) ->
             "present": int(case.about.present),
             "referenced": int(case.about.referenced),
             "told": int(case.about.told),
+            "able": int(case.about.able),
             "p_value": case.about.p_value,
             "misfit": round(case.about.misfit, 4),
         }
@@ -195,6 +201,7 @@ def read_opened(folder: Path) -> list[OpenCase]:
                     present=bool(row["present"]),
                     referenced=bool(row["referenced"]),
                     told=bool(row["told"]),
+                    able=bool(row["able"]),
                     p_value=float(row["p_value"]),
                     misfit=float(row["misfit"]),
                 ),

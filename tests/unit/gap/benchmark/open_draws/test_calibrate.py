@@ -64,7 +64,7 @@ def test_nine_in_ten_further_truths_are_as_probable_as_the_least_of_a_set(count:
 
 def test_sets_that_go_by_no_evidence_count_as_they_hold_the_truth() -> None:
     """Sets of the other cases may miss as many truths more as these miss fewer than one in ten."""
-    about = Circumstances(False, referenced=True, told=False, p_value=0.5, misfit=1.0)
+    about = Circumstances(False, referenced=True, told=False, able=True, p_value=0.5, misfit=1.0)
     heard = [(open_case(float(x)), START) for x in range(39)]
     truths = sorted(case.p_best(START) for case, _ in heard)
     assert least_of_truths(heard) == truths[3]

@@ -82,6 +82,8 @@ def fit_all(
     them, and which is probable, derivatives hardly tell: solutions for a yielding person add more
     to them, and one cause must not lose to another because it was solved for another person.
 
+    Effects on the record take no place among those: they need no solution.
+
     A simulation does what its model solves: there a new solution counts whatever the derivative
     promised, and of those that do not stay far behind the strongest are solved again, of whatever
     family.
@@ -89,11 +91,16 @@ def fit_all(
     by_person = dict(evidence.fits)
     # Without reference trials the prediction follows errors of the record: small, so linear.
     able = [f for f in evidence.screened if _may_change(f, evidence)]
+    record, body = (
+        [f for f in able if f.hypothesis.effects[0].changes_body == acts] for acts in (False, True)
+    )
     told = _Told(evidence)
     simulated = evidence.settings.of_simulations
     rounds = [MOST_OF_SIMULATIONS] if simulated else _rounds(evidence.settings.short_list)
-    for count in rounds:
-        again = told.next(able, count)
+    turns = [(record, len(record), False)]
+    turns += [(body, count, i == 0 and not simulated) for i, count in enumerate(rounds)]
+    for those, count, apart in turns:
+        again = told.next(those, count, apart)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
         jobs = [(told.alternatives(f), evidence, model) for f in again]
         for first, solved in zip(again, side_by_side(_refit_each, jobs, threads), strict=True):
@@ -149,14 +156,17 @@ class _Told:
             behind = BEHIND_OF_SIMULATIONS * excess
         self.behind = behind * evidence.settings.weighing.temperature
 
-    def next(self, able: Sequence[Fit], count: int) -> list[Fit]:
-        """The effects to be solved again next, of those that a new solution may change."""
+    def next(self, able: Sequence[Fit], count: int, apart: bool) -> list[Fit]:
+        """The effects to be solved again next, of those that a new solution may change.
+
+        `apart`: of different families.
+        """
         left = [f for f in able if f.label not in self.done and self._may_count(f)]
         expected = [
             f.with_evidence(f.log_evidence + self.gains.get(family(f.label), 0.0)) for f in left
         ]
         ranked = strongest(expected, self.evidence.prior, len(expected))
-        if not self.done and not self.evidence.settings.of_simulations:
+        if apart:
             best = {family(f.label): f for f in reversed(ranked)}
             ranked = [f for f in ranked if best[family(f.label)] is f]
         labels = {f.label for f in ranked[:count]}
@@ -164,12 +174,10 @@ class _Told:
         return [f for f in left if f.label in labels]
 
     def _may_count(self, first: Fit) -> bool:
-        """Whether a new solution may bring an effect near the strongest; records cost nothing.
+        """Whether a new solution may bring an effect near the strongest.
 
         Members of one family gain as differently as families do.
         """
-        if not first.hypothesis.effects[0].changes_body:
-            return True
         explained = max(first.log_evidence - self.nothing[first.moved_deg], 0.0)
         gain = max(self.gains.get(family(first.label), 0.0), ADDED * explained)
         return self._weight(first) + gain > self.strongest - self.behind

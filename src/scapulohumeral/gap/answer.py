@@ -165,11 +165,12 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
 def _next_trial(found: Findings) -> NextTrial | None:
     """The trial that would best split the first class; None without a gap, or if none would."""
     judged, settings = found.judged, found.evidence.settings
-    if not found.present or not judged.groups or judged.or_posture:
+    first = judged.groups[0] if judged.groups else ()
+    if not found.present or judged.best.label not in first or judged.or_posture:
         return None
     return isolability.next_trial(
         judged.likely,
-        judged.groups[0],
+        first,
         found.evidence.residuals[judged.best.moved_deg],
         settings.signature_error,
         judged.temperature,

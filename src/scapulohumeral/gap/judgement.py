@@ -64,7 +64,7 @@ class Judged:
     ----------
     fits : of all hypotheses, another movement included
     scores : behind the probabilities, of "none" and "no_gap" as well
-    best : the most probable fit; likely : fits that are not negligible
+    best : the most probable fit; likely : fits that are not negligible and explain something
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
@@ -132,6 +132,7 @@ def judge(
     likely = isolability.likely(fits, p)
     or_posture = untold == NO_POSTURE_TOLD and _is_either(p, best.label, likely)
     together = (best.label, MOVED) if or_posture else ()
+    likely = isolability.explaining(likely, best.label, scores, weighing, c)
     apart = isolability.separability(likely, c, error, weighing.temperature, together)
     return Judged(
         fits=fits,

@@ -118,7 +118,7 @@ def judge(
     weighing = posterior.heard(weighing, case)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
-    explained = explain(best, evidence, seed) if present else None
+    explained = explain(best, evidence, case.misfit, seed) if present else None
     left, against, untold = None, "", ""
     if present:
         left = left_over(best, evidence, inflation, seed)

@@ -171,6 +171,11 @@ class Candidate:
     parameters: tuple[Amplitude, ...]
 
 
+def explained_by_any(candidates: Sequence[Candidate]) -> bool:
+    """Whether any leaves less than all: else the gap is no larger than smooth causes leave."""
+    return any(candidate.unexplained_share < 1.0 for candidate in candidates)
+
+
 @dataclass(frozen=True)
 class EffectClass:
     """Effects that these trials cannot tell apart: together `p`, in words `text`."""

@@ -217,6 +217,17 @@ def test_the_page_says_whether_halves_have_a_region(repeated, words):
     to_json(replace(done, regions=Regions((replace(region, repeated=repeated),))))
 
 
+def test_the_page_gives_no_share_of_a_gap_that_smooth_causes_would_leave():
+    done = diagnosis()
+    assert "<td>8 %</td>" in render_report(done, "")
+    none = tuple(replace(one, unexplained_share=1.0) for one in done.candidates)
+    page = render_report(replace(done, candidates=none), "")
+    assert page.count("<td>–</td>") >= 2
+    assert "<td>100 %</td><td>0.4</td>" not in page
+    one = replace(done, candidates=(done.candidates[0], none[1]))
+    assert "<td>100 %</td><td>–</td>" in render_report(one, "")
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [

@@ -10,7 +10,7 @@ from scapulohumeral.gap.curve_files import MISFIT
 from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.left_over import said_to_be_left
 from scapulohumeral.gap.output.figures import WORDS, figures
-from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval, explained_by_any
 from scapulohumeral.quantities.proportion import percent
 from scapulohumeral.templates import page_template
 
@@ -55,6 +55,7 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         verdict=verdict(diagnosis),
         badges=badges(diagnosis),
         costs=list(missing_data(diagnosis)),
+        shares_told=explained_by_any(diagnosis.candidates),
         assumed=assumed(diagnosis),
         pictures=figures(diagnosis),
         words=WORDS,

@@ -138,6 +138,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         untestable=() if evidence.settings.of_simulations else untestable(evidence.effects),
         robustness=robust,
         warnings=tuple(warnings),
+        told=found.judged.told,
         curves={
             "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
@@ -309,8 +310,8 @@ def _remarks_on_shrinkage(done: Explained) -> list[str]:
         )
     elif of_tasks is not None and cost.in_sample.value - of_tasks > OVERFITTED:
         remarks.append(
-            "shrinkage: much less is removed on a new task than on the tasks fitted to; the cause "
-            "may be wrong or fitted to noise"
+            "shrinkage: much less went on tasks left out of the fit than on those fitted to; the "
+            "cause may be wrong or fitted to noise"
         )
     return remarks
 

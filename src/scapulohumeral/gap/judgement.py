@@ -258,7 +258,8 @@ def _unproven(label: str, explained: Explained | None, gain: float, agreement: f
         return NOTHING_HELD_OUT
     if removed is not None and removed <= 0.0:
         return (
-            f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
+            f"on a {where} left out of the fit, the most probable cause was seen to remove nothing "
+            "of the gap"
         )
     if agreement is not None and agreement < DISAGREEING:
         return f"tasks ask for different amplitudes of the most probable cause (p {agreement:.1g})"

@@ -240,7 +240,11 @@ class Robustness:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """A finished diagnosis. Of `curves`, which are not in ``result.json``, see `curve_files`."""
+    """A finished diagnosis.
+
+    `told`, whether data tell what may have been the cause from what may not, and `curves`, see
+    `curve_files`, are not in ``result.json``.
+    """
 
     status: Status
     status_reason: str
@@ -261,6 +265,7 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     hashes: Mapping[str, str | None] = field(default_factory=dict)
     curves: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    told: bool = True
 
 
 def describe_inputs(case: Case) -> Inputs:
@@ -287,7 +292,7 @@ def to_json(diagnosis: Diagnosis) -> str:
     DataError                        the diagnosis breaks a rule of the format; see `check`
     """
     document = _plain({"schema": "gap-result/1", **_fields(diagnosis)})
-    del document["curves"]
+    del document["curves"], document["told"]
     check(document)
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 

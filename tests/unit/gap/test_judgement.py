@@ -86,7 +86,9 @@ def removing(of_task: float | None, trial: float | None = None) -> Explained:
 
 def test_a_cause_is_proven_by_what_it_removes_of_the_gap_on_tasks_left_out() -> None:
     assert _unproven(LOAD, removing(0.4), 0.0, 0.5) == ""
-    assert "on a task left out" in _unproven(LOAD, removing(-0.1, 0.4), 9.0 * STRONG, 0.5)
+    assert "on a task left out of the fit" in _unproven(
+        LOAD, removing(-0.1, 0.4), 9.0 * STRONG, 0.5
+    )
     assert "on a trial left out" in _unproven(LOAD, removing(None, -0.1), 9.0 * STRONG, 0.5)
     assert "different amplitudes" in _unproven(LOAD, removing(0.4), 0.0, 0.5 * DISAGREEING)
 

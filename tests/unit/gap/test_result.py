@@ -13,7 +13,15 @@ from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, wri
 from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import figures, isolability_figure
 from scapulohumeral.gap.output.page import render_report, verdict
-from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
+from scapulohumeral.gap.result import (
+    Diagnosis,
+    Regions,
+    Share,
+    Shrinkage,
+    read_result,
+    schema,
+    to_json,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -47,7 +55,7 @@ def test_schema_is_valid_and_closed():
 
 
 def test_the_file_has_the_fields_of_the_diagnosis():
-    names = {entry.name for entry in fields(Diagnosis)} - {"curves"}
+    names = {entry.name for entry in fields(Diagnosis)} - {"curves", "told"}
     assert set(schema()["properties"]) == {"schema", *names}
 
 
@@ -154,6 +162,32 @@ def test_verdicts_without_a_cause():
 def test_a_gap_in_single_channels_only_leaves_nothing_to_remove():
     done = replace(diagnosis(), shrinkage=Shrinkage(None, None, None, ()))
     assert "nothing to remove" in verdict(done)["How far"]
+
+
+def test_what_is_expected_of_one_more_task_is_told_from_what_was_seen():
+    """8 % expected is no contradiction to nothing seen."""
+    done = diagnosis(shrinkage=replace(diagnosis().shrinkage, new_task=Share(0.08, None, 6)))
+    assert (
+        "removes 8 % [no interval] of the reducible gap on one more task, as is expected (6"
+        in (verdict(done)["How far"])
+    )
+    for after, words in ((2.5, "nothing went (6 trials)"), (1.5, "50 % went (6 trials)")):
+        table = pd.DataFrame({"task": ["a"], "before": [2.0], "after": [after]})
+        seen = replace(done, curves={**done.curves, "left_out": table})
+        assert f"as is expected; on those left out of the fit, {words}" in verdict(seen)["How far"]
+
+
+def test_the_page_says_what_the_set_of_answers_is():
+    done = diagnosis()
+    assert "nine in ten such sets hold the cause; together p 0.95):" in render_report(done, "")
+    silent = replace(done, gap=replace(done.gap, present=False), set90=("none", STRENGTH))
+    page = render_report(silent, "")
+    assert "though no gap was found" in page
+    assert "with and without a gap; together p 0.76):" in page
+    untold = render_report(replace(done, told=False), "")
+    assert "do not tell causes apart" in untold
+    assert not any("nine in ten such sets" in one for one in (page, untold))
+    assert "told" not in to_json(replace(done, told=False))
 
 
 def all_tables() -> dict[str, pd.DataFrame]:

@@ -38,9 +38,10 @@ STRONG = 3.0
 DISAGREEING = 0.01
 # Kinds of channels by which an effect on the body is told from another movement.
 TELLING = ("emg", "contact_force")
-NOTHING_HELD_OUT = (
-    "no cause can be proven: there is no trial or task to leave out, or what the cause predicts "
-    "there hardly exceeds what differs without a cause"
+NOTHING_HELD_OUT = "no cause can be proven: there is no trial or task to leave out of the fit"
+NOTHING_TO_REMOVE = (
+    "no cause can be proven: over all channels together the gap hardly exceeds the floor, so that "
+    "there is no share to remove, and no task left out of the fit speaks for the cause"
 )
 BETTER_UNKNOWN = (
     "smooth unknown inputs explain the difference better than any cause known here: what acts may "
@@ -255,7 +256,8 @@ def _unproven(label: str, explained: Explained | None, gain: float, agreement: f
     if removed is None and of_trials is not None:
         removed, where = of_trials.value, "trial"
     if removed is None and gain <= STRONG:
-        return NOTHING_HELD_OUT
+        without = not explained.left_out and explained.shrinkage.in_sample is not None
+        return NOTHING_HELD_OUT if without else NOTHING_TO_REMOVE
     if removed is not None and removed <= 0.0:
         return (
             f"on a {where} left out of the fit, the most probable cause was seen to remove nothing "

@@ -22,6 +22,7 @@ from scapulohumeral.gap.curve_files import (
 from scapulohumeral.gap.detection.feasibility import no_cost
 from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
+from scapulohumeral.gap.detection.single_trials import few_in_words
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
 from scapulohumeral.gap.explained import Explained
@@ -117,6 +118,8 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     done = judged.explained
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
+    if not gap.present:
+        warnings += few_in_words(found.records, gap.smallest_detectable)
     warnings += _remarks(found)
     splitting = {e.label: e.splitting for e in evidence.effects}
     halves = found.halves if found.present else []

@@ -495,6 +495,14 @@ def test_a_gap_of_the_only_trial_of_a_side_comes_with_a_warning():
     assert text.startswith(f"test trial {first[0].name} ")
 
 
+def test_no_gap_of_one_trial_against_one_comes_with_a_warning():
+    done = diagnosed(repeats=1)
+    assert not done.gap.present
+    [text] = [text for text in done.warnings if text.startswith("no gap says little here")]
+    assert "one test and one reference trial" in text
+    assert not any("no gap says little" in text for text in diagnosed().warnings)
+
+
 def test_the_effect_behind_a_gap_is_named(whole_library):
     done = diagnosed(effect=RIGHT)
     assert done.gap.present

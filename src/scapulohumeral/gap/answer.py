@@ -22,6 +22,7 @@ from scapulohumeral.gap.curve_files import (
 from scapulohumeral.gap.detection.feasibility import no_cost
 from scapulohumeral.gap.detection.presence import DifferenceMap, Presence
 from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions, shown_regions
+from scapulohumeral.gap.detection.single_trials import few_in_words
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
 from scapulohumeral.gap.explained import Explained
@@ -120,6 +121,8 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     done = judged.explained
     if gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
+    if not gap.present:
+        warnings += few_in_words(found.records, gap.smallest_detectable)
     warnings += _remarks(found)
     splitting = {e.label: e.splitting for e in evidence.effects}
     halves = found.halves if found.present else []
@@ -141,6 +144,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         untestable=() if evidence.settings.of_simulations else untestable(evidence.effects),
         robustness=robust,
         warnings=tuple(warnings),
+        told=found.judged.told,
         curves={
             "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
@@ -168,11 +172,12 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
 def _next_trial(found: Findings) -> NextTrial | None:
     """The trial that would best split the first class; None without a gap, or if none would."""
     judged, settings = found.judged, found.evidence.settings
-    if not found.present or not judged.groups or judged.or_posture:
+    first = judged.groups[0] if judged.groups else ()
+    if not found.present or judged.best.label not in first or judged.or_posture:
         return None
     return isolability.next_trial(
         judged.likely,
-        judged.groups[0],
+        first,
         found.evidence.residuals[judged.best.moved_deg],
         settings.signature_error,
         judged.temperature,
@@ -310,8 +315,8 @@ def _remarks_on_shrinkage(done: Explained) -> list[str]:
         )
     elif of_tasks is not None and cost.in_sample.value - of_tasks > OVERFITTED:
         remarks.append(
-            "shrinkage: much less is removed on a new task than on the tasks fitted to; the cause "
-            "may be wrong or fitted to noise"
+            "shrinkage: much less went on tasks left out of the fit than on those fitted to; the "
+            "cause may be wrong or fitted to noise"
         )
     return remarks
 

@@ -53,7 +53,8 @@ REDUCIBLE = 0.05
 PLACEBOS = 3
 
 
-# Errors of predictions may be as assumed or smaller: by how much of their variance.
+# Errors of predictions may be as assumed or smaller: by how much of their variance. They may be as
+# much larger as the likeliest explanation misses the difference.
 ERROR_PORTIONS = (0.0, 0.03, 0.1, 0.3, 1.0)
 
 
@@ -88,11 +89,18 @@ def removed_of_tasks(left_out: Sequence[tuple[float, float]]) -> float | None:
     return _ratio(np.array(left_out)) if len(left_out) else None
 
 
-def explain(chosen: Fit, evidence: Evidence, seed: int) -> Explained:
-    """How far the gap shrinks by a fit; `seed` is that of bootstraps and placebos."""
+def explain(chosen: Fit, evidence: Evidence, misfit: float, seed: int) -> Explained:
+    """How far the gap shrinks by a fit.
+
+    Parameters
+    ----------
+    chosen : the fit; evidence : difference, trials, and errors that are assumed
+    misfit : how many times the assumed variance the likeliest explanation leaves, one or more
+    seed : of bootstraps and placebos
+    """
     error = evidence.settings.signature_error
     c, trials = evidence.residual, evidence.trials
-    removed, left_out = shrinkage(_predictor(chosen, evidence), c, trials, seed)
+    removed, left_out = shrinkage(_predictor(chosen, evidence), c, trials, misfit, seed)
     return Explained(removed, left_out, controls(c, trials, evidence.unknown_inputs, error, seed))
 
 
@@ -130,6 +138,7 @@ def shrinkage(
     predictor: Predictor,
     residual: Residual,
     trials: Sequence[TrialDifference],
+    misfit: float,
     seed: int,
 ) -> tuple[Shrinkage, list[LeftOutRow]]:
     """Shares of the reducible gap that an effect removes, from least to most demanding.
@@ -142,7 +151,7 @@ def shrinkage(
     predictor : of the effect
     residual : mean differences of all tasks, if the movement was the same
     trials : differences of single test trials
-    seed : of the bootstrap
+    misfit, seed : as for :func:`explain`
 
     Returns
     -------
@@ -166,7 +175,7 @@ def shrinkage(
     shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
     left_out = [LeftOutRow(part.tasks[0], *remaining(part, p)) for part, p in splits["new_task"]]
     if shares["new_task"] is not None:
-        shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, seed)
+        shares["new_task"] = _expected(shares["new_task"], splits["new_task"], left, misfit, seed)
     groups = [
         group
         for name, parts in splits.items()
@@ -294,6 +303,7 @@ def _expected(
     share: Share,
     parts: Sequence[tuple[Residual, np.ndarray]],
     left: Sequence[np.ndarray],
+    misfit: float,
     seed: int,
 ) -> Share:
     """The share that one more task is expected to show, with an interval that holds the observed.
@@ -308,10 +318,11 @@ def _expected(
     share : observed
     parts : each task with its predicted change (D,)
     left : covariance (D, D) of what is expected to remain of each
+    misfit, seed : as for :func:`explain`
     """
     rng = np.random.default_rng(seed)
     drawn, log_density = [], []
-    for portion in ERROR_PORTIONS:
+    for portion in sorted({*ERROR_PORTIONS, float(np.sqrt(misfit)), misfit}):
         remains = [
             part.covariance + portion * (covariance - part.covariance)
             for (part, _), covariance in zip(parts, left, strict=True)

@@ -38,9 +38,10 @@ STRONG = 3.0
 DISAGREEING = 0.01
 # Kinds of channels by which an effect on the body is told from another movement.
 TELLING = ("emg", "contact_force")
-NOTHING_HELD_OUT = (
-    "no cause can be proven: there is no trial or task to leave out, or what the cause predicts "
-    "there hardly exceeds what differs without a cause"
+NOTHING_HELD_OUT = "no cause can be proven: there is no trial or task to leave out of the fit"
+NOTHING_TO_REMOVE = (
+    "no cause can be proven: over all channels together the gap hardly exceeds the floor, so that "
+    "there is no share to remove, and no task left out of the fit speaks for the cause"
 )
 BETTER_UNKNOWN = (
     "smooth unknown inputs explain the difference better than any cause known here: what acts may "
@@ -64,7 +65,7 @@ class Judged:
     ----------
     fits : of all hypotheses, another movement included
     scores : behind the probabilities, of "none" and "no_gap" as well
-    best : the most probable fit; likely : fits that are not negligible
+    best : the most probable fit; likely : fits that are not negligible and explain something
     p : probabilities
     apart : how well these can be told apart; groups : labels that cannot
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
@@ -120,7 +121,7 @@ def judge(
     weighing = posterior.heard(weighing, case)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
     agreement, by_task = _agreement(best, c, error)
-    explained = explain(best, evidence, seed) if present else None
+    explained = explain(best, evidence, case.misfit, seed) if present else None
     left, against, untold = None, "", ""
     if present:
         left = left_over(best, evidence, inflation, seed)
@@ -134,6 +135,7 @@ def judge(
     likely = isolability.likely(fits, p)
     or_posture = untold == NO_POSTURE_TOLD and _is_either(p, best.label, likely)
     together = (best.label, MOVED) if or_posture else ()
+    likely = isolability.explaining(likely, best.label, scores, weighing, c)
     apart = isolability.separability(likely, c, error, weighing.temperature, together)
     return Judged(
         fits=fits,
@@ -259,10 +261,12 @@ def _unproven(label: str, explained: Explained | None, gain: float, agreement: f
     if removed is None and of_trials is not None:
         removed, where = of_trials.value, "trial"
     if removed is None and gain <= STRONG:
-        return NOTHING_HELD_OUT
+        without = not explained.left_out and explained.shrinkage.in_sample is not None
+        return NOTHING_HELD_OUT if without else NOTHING_TO_REMOVE
     if removed is not None and removed <= 0.0:
         return (
-            f"the most probable cause removes nothing of the gap on a {where} left out of the fit"
+            f"on a {where} left out of the fit, the most probable cause was seen to remove nothing "
+            "of the gap"
         )
     if agreement is not None and agreement < DISAGREEING:
         return f"tasks ask for different amplitudes of the most probable cause (p {agreement:.1g})"

@@ -26,6 +26,8 @@ def matches_any(label: str, truths: Iterable[str]) -> bool:
 NONE, NO_GAP = "none", "no_gap"
 # The movement was done differently: no cause that acts on body or record.
 MOVED = "control/movement_strategy"
+# Weight in the hand, by which the worth of trials is told.
+LOAD = "body/hand_load"
 # A segment frame turned by as much in all tasks.
 FRAMES = "input/frame_misalignment"
 

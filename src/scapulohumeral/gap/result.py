@@ -171,6 +171,11 @@ class Candidate:
     parameters: tuple[Amplitude, ...]
 
 
+def explained_by_any(candidates: Sequence[Candidate]) -> bool:
+    """Whether any leaves less than all: else the gap is no larger than smooth causes leave."""
+    return any(candidate.unexplained_share < 1.0 for candidate in candidates)
+
+
 @dataclass(frozen=True)
 class EffectClass:
     """Effects that these trials cannot tell apart: together `p`, in words `text`."""
@@ -235,7 +240,11 @@ class Robustness:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """A finished diagnosis. Of `curves`, which are not in ``result.json``, see `curve_files`."""
+    """A finished diagnosis.
+
+    `told`, whether data tell what may have been the cause from what may not, and `curves`, see
+    `curve_files`, are not in ``result.json``.
+    """
 
     status: Status
     status_reason: str
@@ -256,6 +265,7 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     hashes: Mapping[str, str | None] = field(default_factory=dict)
     curves: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    told: bool = True
 
 
 def describe_inputs(case: Case) -> Inputs:
@@ -282,7 +292,7 @@ def to_json(diagnosis: Diagnosis) -> str:
     DataError                        the diagnosis breaks a rule of the format; see `check`
     """
     document = _plain({"schema": "gap-result/1", **_fields(diagnosis)})
-    del document["curves"]
+    del document["curves"], document["told"]
     check(document)
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 

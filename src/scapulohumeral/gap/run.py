@@ -30,6 +30,7 @@ from scapulohumeral.gap.recording.fit_together import (
     check_tasks,
     check_units,
     not_compared,
+    unlike_envelopes,
     unlike_others,
 )
 from scapulohumeral.gap.recording.marks import unmeasured
@@ -259,6 +260,7 @@ def _completed(
             *diagnosis.warnings,
             *not_compared(case),
             *unlike_others(case),
+            *unlike_envelopes(case),
             *unmeasured(case.trials),
         ),
         hashes=hashes,

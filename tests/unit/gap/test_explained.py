@@ -26,12 +26,12 @@ def task(delta: np.ndarray) -> Residual:
     )
 
 
-def expected(left: float, rest: float, predicted: float = 3.0) -> Share:
+def expected(left: float, rest: float, predicted: float = 3.0, misfit: float = 1.0) -> Share:
     """Of two tasks that a prediction misses by `rest`; `left`: variance of its errors."""
     change = np.full(SIZE, predicted)
     sign = np.where(np.arange(SIZE) % 2, 1.0, -1.0)
     parts = [(task(change + rest * sign), change)] * 2
-    return _expected(OBSERVED, parts, [left * np.eye(SIZE)] * 2, seed=1)
+    return _expected(OBSERVED, parts, [left * np.eye(SIZE)] * 2, misfit, seed=1)
 
 
 def test_shares_of_tasks_are_those_of_their_root_mean_square() -> None:
@@ -54,6 +54,15 @@ def test_one_more_task_is_expected_to_show_as_much_as_errors_leave(left: float) 
 
 def test_errors_that_tasks_left_out_do_not_show_count_less() -> None:
     assert expected(8.0, rest=1.0).value > 0.9 > 0.6 > expected(8.0, rest=3.0).value
+
+
+def test_errors_may_be_as_much_larger_as_the_likeliest_explanation_misses() -> None:
+    """Tasks left out by six times the variance are expected to go on as they are."""
+    missed = float(np.sqrt(1.0 + 6.0 * 1.0))
+    share = expected(2.0, rest=missed, misfit=6.0)
+    assert share.value < 0.75 * expected(2.0, rest=missed).value
+    assert share.value == pytest.approx((4.0 - missed) / (4.0 - 1.0), abs=0.06)
+    assert expected(2.0, rest=1.0, misfit=6.0).value > 0.9
 
 
 def test_a_prediction_without_errors_beyond_noise_is_expected_to_remove_almost_all() -> None:

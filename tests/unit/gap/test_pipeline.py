@@ -430,7 +430,7 @@ def test_random_forces_remove_little_where_no_factors_of_a_person_let_them():
 @pytest.mark.parametrize(
     ("in_sample", "new_task", "words"),
     [
-        (0.9, 0.4, ["much less is removed on a new task"]),
+        (0.9, 0.4, ["much less went on tasks left out"]),
         (0.9, 0.8, []),
         (0.9, None, []),
         (None, None, ["nothing to remove"]),
@@ -495,6 +495,14 @@ def test_a_gap_of_the_only_trial_of_a_side_comes_with_a_warning():
     assert done.gap.present
     [text] = [text for text in done.warnings if "is the only one of its side" in text]
     assert text.startswith(f"test trial {first[0].name} ")
+
+
+def test_no_gap_of_one_trial_against_one_comes_with_a_warning():
+    done = diagnosed(repeats=1)
+    assert not done.gap.present
+    [text] = [text for text in done.warnings if text.startswith("no gap says little here")]
+    assert "one test and one reference trial" in text
+    assert not any("no gap says little" in text for text in diagnosed().warnings)
 
 
 def test_the_effect_behind_a_gap_is_named(whole_library):

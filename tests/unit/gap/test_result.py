@@ -13,7 +13,15 @@ from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, wri
 from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import figures, isolability_figure
 from scapulohumeral.gap.output.page import render_report, verdict
-from scapulohumeral.gap.result import Diagnosis, Regions, Shrinkage, read_result, schema, to_json
+from scapulohumeral.gap.result import (
+    Diagnosis,
+    Regions,
+    Share,
+    Shrinkage,
+    read_result,
+    schema,
+    to_json,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -47,7 +55,7 @@ def test_schema_is_valid_and_closed():
 
 
 def test_the_file_has_the_fields_of_the_diagnosis():
-    names = {entry.name for entry in fields(Diagnosis)} - {"curves"}
+    names = {entry.name for entry in fields(Diagnosis)} - {"curves", "told"}
     assert set(schema()["properties"]) == {"schema", *names}
 
 
@@ -156,6 +164,32 @@ def test_a_gap_in_single_channels_only_leaves_nothing_to_remove():
     assert "nothing to remove" in verdict(done)["How far"]
 
 
+def test_what_is_expected_of_one_more_task_is_told_from_what_was_seen():
+    """8 % expected is no contradiction to nothing seen."""
+    done = diagnosis(shrinkage=replace(diagnosis().shrinkage, new_task=Share(0.08, None, 6)))
+    assert (
+        "removes 8 % [no interval] of the reducible gap on one more task, as is expected (6"
+        in (verdict(done)["How far"])
+    )
+    for after, words in ((2.5, "nothing went (6 trials)"), (1.5, "50 % went (6 trials)")):
+        table = pd.DataFrame({"task": ["a"], "before": [2.0], "after": [after]})
+        seen = replace(done, curves={**done.curves, "left_out": table})
+        assert f"as is expected; on those left out of the fit, {words}" in verdict(seen)["How far"]
+
+
+def test_the_page_says_what_the_set_of_answers_is():
+    done = diagnosis()
+    assert "nine in ten such sets hold the cause; together p 0.95):" in render_report(done, "")
+    silent = replace(done, gap=replace(done.gap, present=False), set90=("none", STRENGTH))
+    page = render_report(silent, "")
+    assert "though no gap was found" in page
+    assert "with and without a gap; together p 0.76):" in page
+    untold = render_report(replace(done, told=False), "")
+    assert "do not tell causes apart" in untold
+    assert not any("nine in ten such sets" in one for one in (page, untold))
+    assert "told" not in to_json(replace(done, told=False))
+
+
 def all_tables() -> dict[str, pd.DataFrame]:
     """A small table for every figure."""
     phase = {"phase_percent": [0.0, 50.0, 100.0]}
@@ -215,6 +249,17 @@ def test_the_page_says_whether_halves_have_a_region(repeated, words):
     page = render_report(replace(done, regions=Regions((replace(region, repeated=repeated),))), "")
     assert f"<td>100 %</td><td>{words}</td>" in page
     to_json(replace(done, regions=Regions((replace(region, repeated=repeated),))))
+
+
+def test_the_page_gives_no_share_of_a_gap_that_smooth_causes_would_leave():
+    done = diagnosis()
+    assert "<td>8 %</td>" in render_report(done, "")
+    none = tuple(replace(one, unexplained_share=1.0) for one in done.candidates)
+    page = render_report(replace(done, candidates=none), "")
+    assert page.count("<td>–</td>") >= 2
+    assert "<td>100 %</td><td>0.4</td>" not in page
+    one = replace(done, candidates=(done.candidates[0], none[1]))
+    assert "<td>100 %</td><td>–</td>" in render_report(one, "")
 
 
 @pytest.mark.parametrize(

@@ -159,8 +159,12 @@ def tested(
 
 
 def surest(findings: Sequence[Presence]) -> Presence:
-    """The finding of several tests that counts: one of a gap before any other."""
-    return min(findings, key=lambda one: (not one.present, one.p_value))
+    """The finding of several tests that counts: one of a gap before any other.
+
+    P values are bounded: of equal ones, that counts which is nearest to its threshold, or most
+    above it.
+    """
+    return min(findings, key=lambda one: (not one.present, one.p_value, one.threshold - one.value))
 
 
 def effect_shaped(

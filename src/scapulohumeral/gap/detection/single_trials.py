@@ -14,6 +14,7 @@ import numpy as np
 
 from scapulohumeral.gap.detection.presence import Presence, surest, tested
 from scapulohumeral.gap.detection.shaped import z_value
+from scapulohumeral.gap.labels import LOAD
 from scapulohumeral.gap.residual.differences import (
     OneTrial,
     Records,
@@ -21,6 +22,7 @@ from scapulohumeral.gap.residual.differences import (
     repeat_noise,
 )
 from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.result import Detectable
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
@@ -134,6 +136,32 @@ def alone_in_words(one: OneTrial, name: str) -> str:
         f"{one.side} trial {name} is the only one of its side: a movement that went otherwise once "
         "looks like a gap, so that only a rare difference is one; record repeats, or a second task"
     )
+
+
+def few_in_words(records: Records, detectable: Sequence[Detectable]) -> list[str]:
+    """Why no gap says little where a side has one trial of each task; empty if none has.
+
+    Parameters
+    ----------
+    records : trials that were compared
+    detectable : smallest amplitudes that they would have shown
+    """
+    few = [
+        side
+        for side, tasks in records.sides.items()
+        if tasks and all(len(trials) == 1 for trials in tasks.values())
+    ]
+    if records.of_one_movement or not few:
+        return []
+    load = next((one for one in detectable if one.label == LOAD), None)
+    shown = "no load in the hand that is considered would have shown"
+    if load is not None:
+        shown = f"a load in the hand would hardly have shown below {load.value:.2g} {load.unit}"
+    return [
+        f"no gap says little here, with one {' and one '.join(few)} trial of each task: {shown}; "
+        "the answer lists what would have shown of other causes (smallest_detectable); record "
+        "repeats"
+    ]
 
 
 def in_words(odd: Odd, name: str) -> str:

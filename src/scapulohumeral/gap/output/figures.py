@@ -33,7 +33,7 @@ DIFFERENCES = {REFERENCE: "test minus reference trials", MODEL: "recorded minus 
 SPLITS = {
     "in_sample": "trials fitted to",
     "held_out_trial": "trials left out",
-    "new_task": "movement left out",
+    "new_task": "one more task, expected",
 }
 
 
@@ -222,9 +222,7 @@ def candidates_figure(diagnosis: Diagnosis) -> Picture:
     axes.set_xlim(0.0, 1.1)
     axes.set_xlabel("probability, if the cause is one of the known effects or none of them")
     drawing.keep("probability", "p", names, p)
-    return drawing.finish(
-        "candidates", "Probability of each cause. Framed: the set that holds the cause with 0.9."
-    )
+    return drawing.finish("candidates", "Probability of each cause. Framed: what is not excluded.")
 
 
 @styled
@@ -294,7 +292,8 @@ def shrinkage_figure(shrinkage: Shrinkage, controls: pd.DataFrame | None) -> Pic
     return drawing.finish(
         "shrinkage",
         "How far the gap shrinks with the effect added, as much of it as other trials of this "
-        "person show in each channel; coloured lines: 95 % interval. Share and interval of a "
-        "movement left out are those that one more is expected to show. "
-        "A right cause keeps its shrinkage on a movement that was not used for fitting.",
+        "person show in each channel; coloured lines: 95 % interval. Share and interval of "
+        "one more task are expected, as errors of predictions say; what tasks left out of the fit "
+        "showed is in left_out.csv. A right cause keeps its shrinkage on a task that was not used "
+        "for fitting.",
     )

@@ -7,14 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.gap.curve_files import MISFIT
-from scapulohumeral.gap.labels import MOVED
+from scapulohumeral.gap.explained import removed_of_tasks
+from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.left_over import said_to_be_left
-from scapulohumeral.gap.output.figures import WORDS, figures
-from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval
+from scapulohumeral.gap.output.figures import SPLITS, WORDS, figures
+from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval, explained_by_any
 from scapulohumeral.quantities.proportion import percent
 from scapulohumeral.templates import page_template
 
 TEMPLATE = "page.html.j2"
+# What the answers of the 90 % set are: with a gap, without one, and where nothing excludes a cause.
+NOT_EXCLUDED = "What is not excluded (nine in ten such sets hold the cause"
+HIDDEN = (
+    "What may be below the noise, though no gap was found (answers as probable as truths of nine "
+    "in ten opened cases, with and without a gap"
+)
+NOTHING_EXCLUDES = (
+    "These trials do not tell causes apart (the most probable answers that together reach 0.9"
+)
 # What each kind of missing data costs, said at the top of the page.
 COSTS = {
     "reference": "No reference trials of the same person: errors of the model itself cannot be "
@@ -55,6 +65,9 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         verdict=verdict(diagnosis),
         badges=badges(diagnosis),
         costs=list(missing_data(diagnosis)),
+        not_excluded=not_excluded(diagnosis),
+        splits={**SPLITS, "new_task": "tasks left out, observed"},
+        shares_told=explained_by_any(diagnosis.candidates),
         assumed=assumed(diagnosis),
         pictures=figures(diagnosis),
         words=WORDS,
@@ -132,6 +145,18 @@ def left(diagnosis: Diagnosis) -> str:
     return f"{remark or f'nothing that shows, once {what} is added'}."
 
 
+def not_excluded(diagnosis: Diagnosis) -> str:
+    """What the answers are that are not excluded, and their probability together."""
+    p = {candidate.label: candidate.p for candidate in diagnosis.candidates}
+    p |= {NONE: diagnosis.none_p or 0.0, NO_GAP: diagnosis.no_gap_p or 0.0}
+    what = NOT_EXCLUDED
+    if not diagnosis.told:
+        what = NOTHING_EXCLUDES
+    elif diagnosis.gap is None or not diagnosis.gap.present:
+        what = HIDDEN
+    return f"{what}; together p {number(sum(p[label] for label in diagnosis.set90))}):"
+
+
 def described(candidate: Candidate) -> str:
     """Label and amplitudes, for example ``body/hand_load: mass_kg 1.2 kg [0.9, 1.5]``."""
     amplitudes = ", ".join(map(amplitude, candidate.parameters))
@@ -155,12 +180,12 @@ def assumed(diagnosis: Diagnosis) -> list[str]:
 
 
 def how_far(diagnosis: Diagnosis) -> str:
-    """The hardest shrinkage that could be measured."""
+    """The hardest shrinkage that could be measured, and beside what is expected what was seen."""
     shrinkage = diagnosis.shrinkage
     if shrinkage is None:
         return "not measured."
     hardest = (
-        (shrinkage.new_task, "on one more movement, as those recorded let expect"),
+        (shrinkage.new_task, f"on one more task, as is expected{seen_on_tasks(diagnosis)}"),
         (shrinkage.held_out_trial, "on trials not used for fitting"),
         (shrinkage.in_sample, "on the trials fitted to; nothing was left to check it"),
     )
@@ -175,6 +200,17 @@ def how_far(diagnosis: Diagnosis) -> str:
                 f"({share.n_trials} trials)."
             )
     return "over all channels together the gap hardly exceeds the floor: nothing to remove."
+
+
+def seen_on_tasks(diagnosis: Diagnosis) -> str:
+    """What was removed of the tasks left out of the fit; empty if no gap was left in them."""
+    if "left_out" not in diagnosis.curves:
+        return ""
+    table = diagnosis.curves["left_out"]
+    share = removed_of_tasks(list(zip(table["before"], table["after"], strict=True)))
+    if share is None:
+        return ""
+    return f"; on those left out of the fit, {percent(share) if share > 0.0 else 'nothing'} went"
 
 
 def badges(diagnosis: Diagnosis) -> list[str]:

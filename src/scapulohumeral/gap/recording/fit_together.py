@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.case import Case, GapTrial
+from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
 # Degrees over radians is 57; no joint is held so differently in the same tasks.
@@ -16,6 +16,9 @@ OTHER_UNIT = 20.0
 OTHER_LENGTH = 3.0
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
 OTHER_MAXIMUM = 8.0
+# Envelopes are low-pass filtered at a few hertz; of a rectified electromyogram at 100 samples per
+# second or more, the mean rate of change over the mean is that of 13 Hz or more.
+ROUGH_HZ = 10.0
 
 
 def check_tasks(case: Case) -> None:
@@ -119,6 +122,37 @@ def unlike_others(case: Case) -> list[str]:
                 "and all channels differ as much: other units, or other maxima"
             )
     return notes
+
+
+def unlike_envelopes(case: Case) -> list[str]:
+    """Why EMG that is compared may be no envelopes over one maximum, a sentence each."""
+    if not case.channels:
+        return []
+    series = {trial.name: trial.emg for trial in case.trials if trial.emg is not None}
+    notes = []
+    peaks = np.array([one.of(case.channels).max(axis=0) for one in series.values()])
+    if case.participant.emg_is_of_mvc and np.all(np.abs(peaks - 1.0) <= AT_MAXIMUM):
+        notes.append(
+            "EMG of all channels peaks at 1 in each trial, and the participant file says "
+            "fraction_of_mvc: if each trial was divided by its own maximum, divide by that of "
+            "maximal contractions, or write emg.unit: fraction_of_max"
+        )
+    rough = [name for name, one in series.items() if _is_rough(one, case.channels)]
+    if rough:
+        notes.append(
+            f"EMG of {', '.join(rough)} changes from sample to sample like one that was not "
+            "smoothed; send envelopes (rectified, low-pass filtered at a few Hz)"
+        )
+    return notes
+
+
+def _is_rough(series: EmgSeries, channels: Sequence[str]) -> bool:
+    """Whether most channels change faster than envelopes do, for their level."""
+    values = series.of(channels)
+    change = np.mean(np.abs(np.diff(values, axis=0)), axis=0)
+    level = np.maximum(np.mean(np.abs(values), axis=0), np.finfo(float).tiny)
+    rate = 1.0 / float(np.median(np.diff(series.time_s)))
+    return bool(np.median(rate * change / level) > 2.0 * np.pi * ROUGH_HZ)
 
 
 def _peaks(side: Sequence[GapTrial]) -> dict[str, float]:

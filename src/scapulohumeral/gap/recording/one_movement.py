@@ -3,7 +3,8 @@
 Skin markers against bone pins, one set of markers against another: both sides then differ by what
 acts on the record and by nothing else. Trials say so themselves: their times are the same, the arm
 rises alike, and far more so than in another repeat of the task. One trial of each task does not
-tell: whoever guides or simulates a movement may repeat it as closely.
+tell: whoever guides or simulates a movement may repeat it as closely. Rates of both systems may
+differ: then records start and end together, and are compared at the times of the slower one.
 
 Letters: L pairs of trials.
 """
@@ -49,8 +50,8 @@ def aligned(case: Case) -> Case:
 def stated(case: Case) -> Case:
     """The case with `one_movement`, as somebody says who knows.
 
-    Each test trial then stands at the place of its partner and has that one's window; reference
-    trials without a partner are left out.
+    Each test trial then stands at the place of its partner, and both have that one's window, as
+    far as both were recorded; reference trials without a partner are left out.
 
     Raises
     ------
@@ -61,8 +62,8 @@ def stated(case: Case) -> Case:
         names = ", ".join(one.name for one in case.test)
         raise DataError(
             f"{names}: not each of them has a reference trial of its task with the same times and "
-            "EMG; expected that of records of one movement. Correct the files, or leave out "
-            "--one-movement."
+            "EMG; expected that of records of one movement, at other rates the same first and last "
+            "times. Resample both records onto one time base, or leave out --one-movement."
         )
     return _paired(case, pairs)
 
@@ -74,9 +75,18 @@ def perhaps(case: Case) -> bool:
 
 
 def _paired(case: Case, pairs: Pairs) -> Case:
-    test = tuple(replace(one, window_s=partner.window_s) for one, partner in pairs)
-    reference = tuple(partner for _, partner in pairs)
+    windows = [_window(one, partner) for one, partner in pairs]
+    test, reference = (
+        tuple(replace(one, window_s=window) for one, window in zip(side, windows, strict=True))
+        for side in zip(*pairs, strict=True)
+    )
     return replace(case, test=test, reference=reference, one_movement=True)
+
+
+def _window(one: GapTrial, partner: GapTrial) -> tuple[float, float]:
+    """Window of the partner, as far as the trial was recorded."""
+    start, end = partner.window_s
+    return max(start, float(one.time_s[0])), min(end, float(one.time_s[-1]))
 
 
 def _pairs(case: Case) -> Pairs:
@@ -118,18 +128,35 @@ def _partner(one: GapTrial, others: Sequence[GapTrial]) -> GapTrial | None:
 
 
 def _same_times(one: GapTrial, other: GapTrial) -> bool:
-    return len(one.time_s) == len(other.time_s) and bool(
-        np.allclose(one.time_s, other.time_s, rtol=0.0, atol=SAME_TIME_S)
-    )
+    """Whether all times are the same, or at other rates the first and last ones.
+
+    Of two systems that start and stop together, the slower one may miss up to a frame.
+    """
+    if len(one.time_s) == len(other.time_s):
+        return bool(np.allclose(one.time_s, other.time_s, rtol=0.0, atol=SAME_TIME_S))
+    frame = max(float(np.median(np.diff(trial.time_s))) for trial in (one, other))
+    apart = np.abs(one.time_s[[0, -1]] - other.time_s[[0, -1]])
+    return bool(np.all(apart < frame + SAME_TIME_S))
 
 
 def _same_muscles(one: GapTrial, other: GapTrial) -> bool:
     """Whether EMG does not contradict that both are one movement: one system records it."""
     if one.emg is None or other.emg is None:
         return True
-    return np.shape(one.emg.values) == np.shape(other.emg.values) and bool(
-        np.allclose(one.emg.values, other.emg.values, atol=SAME_EMG)
+    if one.emg.channels != other.emg.channels:
+        return False
+    times = _shared(one.emg.time_s, other.emg.time_s)
+    values, others = (
+        np.column_stack([np.interp(times, emg.time_s, own) for own in emg.values.T])
+        for emg in (one.emg, other.emg)
     )
+    return bool(np.allclose(values, others, atol=SAME_EMG))
+
+
+def _shared(time_s: Array, other_s: Array) -> Array:
+    """Times of the slower of two records at which both were recorded."""
+    slower, faster = sorted((time_s, other_s), key=len)
+    return slower[(slower >= faster[0] - SAME_TIME_S) & (slower <= faster[-1] + SAME_TIME_S)]
 
 
 def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> float:
@@ -141,12 +168,14 @@ def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> floa
     """
     left = whole = 0.0
     for one, partner in zip(trials, partners, strict=True):
-        rise, other = _rise(one), _rise(partner)
+        times = _shared(one.time_s, partner.time_s)
+        rise, other = _rise(one, times), _rise(partner, times)
         left += float(np.sum((rise - other) ** 2))
         whole += float(np.sum(other**2))
     return float(np.sqrt(left / max(whole, np.finfo(float).tiny)))
 
 
-def _rise(trial: GapTrial) -> Array:
-    """Speed of elevation between frames [rad/s]."""
-    return np.diff(elevation(trial_to_pose(trial.smooth.angles_rad))) / np.diff(trial.time_s)
+def _rise(trial: GapTrial, times: Array) -> Array:
+    """Speed of elevation [rad/s] between some times [s]."""
+    raised = elevation(trial_to_pose(trial.smooth.angles_rad))
+    return np.diff(np.interp(times, trial.time_s, raised)) / np.diff(times)

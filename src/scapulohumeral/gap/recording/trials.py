@@ -215,7 +215,20 @@ def _time(table: MotionTable) -> Array:
     return time_s
 
 
+def _check_clavicle(table: MotionTable) -> None:
+    """Refuse a trial of other joints alone: many laboratories do not measure the clavicle."""
+    clavicle = [name for name in ANGLE_NAMES if name.startswith("SC_")]
+    if not set(clavicle) & set(table.columns):
+        raise DataError(
+            f"{table.path}, row {table.first_row - 1}: missing column {', '.join(clavicle)}; found "
+            f"{', '.join(table.columns)}. Rename or add the columns. If the clavicle was not "
+            "measured, make the trial by `scapulohumeral convert` from markers or orientations of "
+            "segments: it estimates the clavicle and marks it."
+        )
+
+
 def _angles_rad(table: MotionTable) -> Array:
+    _check_clavicle(table)
     angles = table.numbers(ANGLE_NAMES)
     if not table.in_degrees:
         beyond = np.argwhere(np.abs(angles) > 2.0 * np.pi * MOST_TURNS)

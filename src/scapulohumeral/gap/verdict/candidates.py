@@ -15,6 +15,7 @@ from scapulohumeral.gap.result import (
     Candidate,
     EffectClass,
     Entered,
+    explained_by_any,
 )
 from scapulohumeral.gap.verdict.posterior import Posterior
 
@@ -53,6 +54,8 @@ def hint(rows: Sequence[Candidate], found: Posterior, enters: Sequence[Entered])
         return None
     near = " and ".join(
         f"{row.label} (leaves {100.0 * row.unexplained_share:.0f} % unexplained)"
+        if explained_by_any(rows)
+        else row.label
         for row in rows[:PLACES]
     )
     largest = sorted(enters, key=lambda region: -region.share)[:PLACES]
@@ -145,4 +148,5 @@ def _squares(residual: Residual, vector: np.ndarray) -> float:
 
 
 def _share_left(left: float, whole: float, least: float) -> float:
-    return max(left - least, 0.0) / max(whole - least, 1e-9)
+    """Share that is left of what a smooth cause can explain; all, where there is nothing of it."""
+    return max(left - least, 0.0) / (whole - least) if whole > least else 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,11 @@ from scipy.stats import norm
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import NextTrial
-from scapulohumeral.gap.verdict.posterior import Posterior
+from scapulohumeral.gap.verdict.posterior import Posterior, Score
+from scapulohumeral.gap.weighing import Weighing
 
 
 def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:
@@ -34,10 +36,49 @@ NEGLIGIBLE = 0.01
 COMPARED = 10
 
 
+# Trials have told a cause from the first whose weighed log evidence is so far behind.
+FAR_BEHIND = 12.0
+
+
+# Changes whose whitened length is less are smaller than the noise.
+NOISE = 1.0
+
+
 def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
     """Fits that are not negligible, the most probable first, at most `COMPARED`."""
     kept = [f for f in fits if found.labels[f.label] >= NEGLIGIBLE]
     return sorted(kept, key=lambda f: -found.labels[f.label])[:COMPARED]
+
+
+def explaining(
+    fits: Sequence[Fit],
+    first: str,
+    scores: Mapping[str, Score],
+    weighing: Weighing,
+    residual: Residual,
+) -> list[Fit]:
+    """Fits that classes are made of: those that explain something, as the first does.
+
+    A change smaller than the noise is part of what any cause predicts, which tells nothing. A cause
+    far behind the first in evidence is only as probable as it was before any data. Another movement
+    has a share of probability of its own, whatever the evidence, and stays.
+
+    Parameters
+    ----------
+    fits : likely ones; first : label of the most probable
+    scores, weighing : of evidence
+    residual : what was explained
+    """
+    evidence = {
+        f.label: scores[f.label].log_weight(weighing) - scores[f.label].log_prior for f in fits
+    }
+    least = evidence[first] - FAR_BEHIND
+    return [
+        f
+        for f in fits
+        if f.label == MOVED
+        or (evidence[f.label] > least and np.linalg.norm(residual.whiten(f.predicted)) > NOISE)
+    ]
 
 
 def classes(

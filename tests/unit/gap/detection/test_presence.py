@@ -12,6 +12,7 @@ from scapulohumeral.gap.detection.presence import (
     difference_map,
     presence,
     shares,
+    surest,
     z_values,
 )
 from scapulohumeral.gap.detection.shaped import closest, shaped, steadied
@@ -132,3 +133,11 @@ def test_parameters_that_change_a_difference_alike_are_one_direction():
     (change, basis), (expected, _) = closest(spoilt, [twice]), closest(spoilt, [one])
     assert change == pytest.approx(expected)
     assert basis.shape[1] == 1
+
+
+def test_of_findings_with_equal_p_values_the_one_nearest_to_its_threshold_counts():
+    far = Presence(False, 1.0, MAX_T, 1.0, 4.0, {})
+    near = Presence(False, 1.0, GLR, 2.5, 3.0, {})
+    assert surest([far, near]) == surest([near, far]) == near
+    likelier = replace(far, p_value=0.9)
+    assert surest([near, likelier]) == likelier

@@ -12,11 +12,12 @@ from scapulohumeral.gap.detection.single_trials import (
     alone,
     as_sure_as_two,
     contradicted,
+    few_in_words,
     in_words,
     level,
     rests_on_one,
 )
-from scapulohumeral.gap.labels import GLR, ON_RECORD
+from scapulohumeral.gap.labels import GLR, LOAD, ON_RECORD
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
     SensorSetup,
@@ -29,6 +30,7 @@ from scapulohumeral.gap.residual.differences import (
     mean_difference,
     repeat_noise,
 )
+from scapulohumeral.gap.result import Detectable
 
 pytestmark = pytest.mark.unit
 
@@ -132,6 +134,20 @@ def test_what_is_left_is_compared_as_if_it_were_all(side):
         mean_records={task: mean(trials) for task, trials in reference.items()},
     )
     np.testing.assert_array_equal(compared(left)[1].delta, compared(never)[1].delta)
+
+
+def test_no_gap_of_one_trial_of_each_task_says_what_could_have_shown():
+    load = Detectable(LOAD, "mass_kg", 4.153, "kg", 0.8)
+    weak = Detectable("body/passive_gh", "stiffness_factor", 3.9, "1", 0.8)
+    [both] = few_in_words(recorded({}, counts={"test": 1, "reference": 1}), [weak, load])
+    assert "with one test and one reference trial of each task" in both
+    assert "would hardly have shown below 4.2 kg" in both
+    [one] = few_in_words(recorded({}, counts={"test": 2, "reference": 1}), [weak])
+    assert "with one reference trial of each task: no load in the hand" in one
+    repeated = recorded({}, counts={"test": 2, "reference": 3})
+    assert few_in_words(repeated, [load]) == []
+    [alone_] = few_in_words(recorded({}, counts={"test": 1, "reference": 0}), [load])
+    assert "with one test trial" in alone_
 
 
 def test_without_reference_the_trials_of_the_test_are_left_out():

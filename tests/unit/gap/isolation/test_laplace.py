@@ -426,6 +426,8 @@ def test_hint_names_what_is_closest_and_where_it_enters():
         "b (leaves 60 % unexplained); it enters most at EL_rx, SC_rz"
     )
     assert hint(near, unknown, ()).endswith("b (leaves 60 % unexplained)")
+    without = [replace(row, unexplained_share=1.0) for row in near]
+    assert hint(without, unknown, ()) == "the closest known effects are a and b"
     assert hint(near, Posterior({"a": 0.7, "b": 0.1, "c": 0.1}, 0.1, 0.0), entered) is None
 
 

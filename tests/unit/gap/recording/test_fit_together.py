@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.case import EmgSeries
 from scapulohumeral.gap.recording.fit_together import (
     check_repeats,
     check_tasks,
     check_units,
     not_compared,
+    unlike_envelopes,
     unlike_others,
 )
 from scapulohumeral.model.rotations import ANGLE_NAMES
@@ -146,3 +148,35 @@ def test_other_units_of_all_channels_are_told() -> None:
     weak.emg.values[:, 1] *= 0.02
     [note] = unlike_others(case(both, tests, reference=[weak]))
     assert "EMG reaches 0.3 in the tests and 0.006 in the references" in note
+
+
+def with_emg(rate_hz: float, *curves: np.ndarray, unit: str = "mvc") -> SimpleNamespace:
+    """A case of trials with one channel each."""
+    trials = [
+        trial(f"t{i}", emg=EmgSeries(np.arange(len(c)) / rate_hz, ("EMG_1",), c[:, None]))
+        for i, c in enumerate(curves)
+    ]
+    participant = SimpleNamespace(emg_is_of_mvc=unit == "mvc")
+    return SimpleNamespace(participant=participant, trials=trials, channels=("EMG_1",))
+
+
+BURST = np.sin(np.linspace(0.0, np.pi, 101)) ** 2
+
+
+def test_trials_that_were_each_divided_by_their_own_maximum_are_told() -> None:
+    [note] = unlike_envelopes(with_emg(50.0, BURST, 0.995 * BURST))
+    assert "peaks at 1 in each trial" in note
+    assert "emg.unit: fraction_of_max" in note
+    assert unlike_envelopes(with_emg(50.0, BURST, 0.8 * BURST)) == []
+    assert unlike_envelopes(with_emg(50.0, BURST, BURST, unit="max")) == []
+
+
+@pytest.mark.parametrize("rate_hz", [100.0, 1000.0])
+def test_emg_that_was_not_smoothed_is_told(rate_hz: float) -> None:
+    """Noise of an envelope at few samples per second is none."""
+    noise = np.random.default_rng(1).normal(size=(2, 2000))
+    [note] = unlike_envelopes(with_emg(rate_hz, np.abs(noise[0]), 0.4 * BURST))
+    assert note.startswith("EMG of t0 changes from sample to sample")
+    assert "send envelopes" in note
+    level = 0.3 + 0.02 * noise
+    assert unlike_envelopes(with_emg(50.0, *level)) == []

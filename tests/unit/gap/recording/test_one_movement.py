@@ -133,6 +133,48 @@ def test_other_times_are_another_movement():
         stated(given)
 
 
+def slower(one: GapTrial, every: int) -> GapTrial:
+    """The trial as a system recorded it that took every so manieth frame, without the last ones."""
+    kept = slice(None, -1, every)
+    motion = Motion(one.time_s[kept], one.angles_rad[kept])
+    return replace(one, time_s=motion.time_s, angles_rad=motion.angles_rad, smooth=motion)
+
+
+def test_systems_of_other_rates_record_one_movement():
+    """The slower one ends within a frame of the faster one: both are compared as far as it goes."""
+    skin = [trial(i, skin=1.0, window_s=(0.1, 0.2)) for i in range(3)]
+    whole = [trial(i) for i in range(3)]
+    bone = [slower(replace(one, window_s=(0.5, float(one.time_s[-1]))), 2) for one in whole]
+    found = aligned(case(skin, bone))
+    assert found.one_movement
+    assert [one.repeat for one in found.test] == [one.repeat for one in found.reference]
+    turned = aligned(case(bone, [replace(one, window_s=(0.5, 9.0)) for one in whole]))
+    assert {one.window_s for one in turned.trials} == {(0.5, float(bone[0].time_s[-1]))}
+    assert perhaps(case(skin[:1], bone[:1]))
+
+
+def test_repeats_of_people_at_other_rates_are_other_movements():
+    late = [trial(i, late_s=0.1) for i in range(2)]
+    given = case(late, [slower(trial(i), 2) for i in range(2)])
+    assert aligned(given) is given
+    assert not perhaps(given)
+
+
+def test_a_record_that_ends_earlier_by_more_than_a_frame_is_of_another_movement():
+    short = slower(trial(0), 2)
+    cut = Motion(short.time_s[:-1], short.angles_rad[:-1])
+    short = replace(short, time_s=cut.time_s, angles_rad=cut.angles_rad, smooth=cut)
+    with pytest.raises(DataError, match="onto one time base"):
+        stated(case([trial(0, skin=1.0)], [short]))
+
+
+def test_muscles_at_other_rates_are_compared_at_shared_times():
+    test = [with_emg(trial(i, skin=1.0), 0.2) for i in (0, 1)]
+    for level, same in ((0.2, True), (0.21, False)):
+        bone = [with_emg(slower(trial(i), 2), level) for i in (0, 1)]
+        assert aligned(case(test, bone)).one_movement == same
+
+
 def test_no_reference_no_pair():
     given = case([trial(1)], [])
     assert aligned(given) is given

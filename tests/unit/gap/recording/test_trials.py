@@ -184,6 +184,10 @@ def in_radians(table):
     ("spoil", "message"),
     [
         (lambda t: t.drop(columns="AC_z"), r"row 1: missing column AC_z"),
+        (
+            lambda t: t.drop(columns=["SC_y", "SC_z", "SC_x"]),
+            r"a\.csv, row 1: missing column SC_y, SC_z, SC_x; found .*scapulohumeral convert",
+        ),
         (lambda t: t.drop(columns="time"), r"row 1: missing column time"),
         (with_nan, r"a\.csv, row 5, column GH_z: NaN; expected a finite number"),
         (with_stalled_time, r"a\.csv, row 6, column time: .* does not follow"),

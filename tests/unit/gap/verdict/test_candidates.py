@@ -1,25 +1,31 @@
-"""How deep the first cause is resolved by what it cannot be told from."""
+"""What candidates say of the gap."""
 
+import numpy as np
 import pytest
+from made_up_hypotheses import DAMPING, hypothesis, residual
 
-from scapulohumeral.gap.verdict.candidates import _level
+from scapulohumeral.gap.isolation.laplace import fit
+from scapulohumeral.gap.verdict.candidates import candidates
+from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
 
-INFRA, SUPRA = "body/strength_loss/infra", "body/strength_loss/supra"
-LOAD, GAIN = "body/hand_load", "measurement/emg_gain/EMG_infra"
+
+def share_left(least: float) -> float:
+    """Share of a difference that a cause leaves, where smooth causes leave these squares."""
+    one = hypothesis(DAMPING, 1)
+    there = residual(one.slope @ [0.5])
+    fits = [fit(one, there, 0.1)]
+    p = Posterior({fits[0].label: 0.9}, none=0.1, no_gap=0.0)
+    [row] = candidates(fits, p, [], {}, there, least, 1.0)
+    return row.unexplained_share
 
 
-@pytest.mark.parametrize(
-    ("label", "mates", "level"),
-    [
-        (INFRA, [], "member"),
-        (INFRA, [SUPRA], "family"),
-        (INFRA, [LOAD], "side"),
-        (INFRA, [f"{GAIN} + {INFRA}"], "member"),
-        (f"{INFRA} + {GAIN}", [f"{SUPRA} + {GAIN}"], "family"),
-        (f"{INFRA} + {GAIN}", [f"{LOAD} + {GAIN}"], "side"),
-    ],
-)
-def test_a_label_is_as_deep_as_its_mates_agree(label: str, mates: list[str], level: str) -> None:
-    assert _level(label, [[label, *mates]]) == level
+def test_what_smooth_causes_leave_is_not_unexplained() -> None:
+    assert share_left(0.0) < 0.1
+    assert share_left(10.0) == 0.0
+
+
+def test_of_a_gap_that_smooth_causes_would_leave_as_well_everything_is_left() -> None:
+    whole = float(np.sum((hypothesis(DAMPING, 1).slope @ [0.5]) ** 2))
+    assert share_left(1.01 * whole) == share_left(2.0 * whole) == 1.0

@@ -324,7 +324,7 @@ def _expected(
     drawn, log_density = [], []
     for portion in sorted({*ERROR_PORTIONS, float(np.sqrt(misfit)), misfit}):
         remains = [
-            part.covariance + portion * (covariance - part.covariance)
+            _with_errors(part.covariance, covariance, portion)
             for (part, _), covariance in zip(parts, left, strict=True)
         ]
         drawn.append(_shares_of_more(parts, remains, rng))
@@ -343,6 +343,19 @@ def _expected(
     )
     ends = min(float(low), share.value), max(float(high), share.value)
     return Share(float(median), ends, share.n_trials)
+
+
+def _with_errors(without: np.ndarray, left: np.ndarray, portion: float) -> np.ndarray:
+    """Covariance (D, D) of what remains with a portion of the variance of errors of predictions.
+
+    Other tasks tell what sessions change, so that less may be left than without a prediction. That
+    is no error, and does not grow with them.
+    """
+    error = left - without
+    if portion <= 1.0:
+        return without + portion * error
+    size, axes = np.linalg.eigh(error)
+    return left + (portion - 1.0) * (axes * np.maximum(size, 0.0)) @ axes.T
 
 
 def _shares_of_more(

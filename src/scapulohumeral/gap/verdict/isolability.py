@@ -65,20 +65,22 @@ def explaining(
 
     Parameters
     ----------
-    fits : likely ones; first : label of the most probable
+    fits : likely ones; first : label of the most probable, which may be none of them
     scores, weighing : of evidence
     residual : what was explained
     """
-    evidence = {
-        f.label: scores[f.label].log_weight(weighing) - scores[f.label].log_prior for f in fits
-    }
-    least = evidence[first] - FAR_BEHIND
-    return [
-        f
-        for f in fits
-        if f.label == MOVED
-        or (evidence[f.label] > least and np.linalg.norm(residual.whiten(f.predicted)) > NOISE)
-    ]
+
+    def explains(fitted: Fit) -> bool:
+        change = np.linalg.norm(residual.whiten(fitted.predicted))
+        behind = _evidence(scores[first], weighing) - _evidence(scores[fitted.label], weighing)
+        return bool(behind < FAR_BEHIND and change > NOISE)
+
+    return [f for f in fits if f.label == MOVED or explains(f)]
+
+
+def _evidence(score: Score, weighing: Weighing) -> float:
+    """Weighed log evidence of an answer."""
+    return score.log_weight(weighing) - score.log_prior
 
 
 def classes(

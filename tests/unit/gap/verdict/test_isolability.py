@@ -61,3 +61,5 @@ def test_what_explains_nothing_is_in_no_class(behind, change, label, stays) -> N
     }
     found = explaining([first, other], first.label, scores, weights, there)
     assert [f.label for f in found] == [first.label, *[label] * stays]
+    # Without a gap no cause may be likely, the first among them.
+    assert len(explaining([other], first.label, scores, weights, there)) == stays

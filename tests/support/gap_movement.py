@@ -51,7 +51,7 @@ SETTINGS = GapSettings(
     geometry={},
     session=SessionSpread(0.05, 0.005, 0.5, 2.0, 0.3, 5.0),
     noise=NoisePrior(JointSpread(1.0, 1.0, 1.0, 1.0), [0.01, 0.005], 0.01, 0.0, 20.0, 3.0),
-    model=ModelSpread(4.0, 0.08, 150.0, 0.5, 0.9),
+    model=ModelSpread(4.0, 0.08, 150.0, 0.5),
     weights={},
 )
 

@@ -82,7 +82,6 @@ class ModelSpread(Section):
     emg: Annotated[Real, key("EMG [fraction of MVC].", gt=0, le=1)]
     contact_N: Annotated[Real, key("Components of the joint force [N].", gt=0, le=2000)]
     emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
-    alike: Annotated[Real, key("Share of these variances that all tasks share [1].", ge=0, le=1)]
 
 
 @dataclass(frozen=True)

@@ -251,8 +251,6 @@ def total_covariance(
     total += session @ session.T
     if model is not None:
         levels = np.array([deviation(model, name) for name in channels])
-        variances = _variances(levels, functions, 2.0).ravel()
-        tasks = len(signatures)
-        shared = model.alike * np.ones((tasks, tasks)) + (1.0 - model.alike) * np.eye(tasks)
-        total += np.kron(shared, np.diag(variances))
+        variances = _variances(levels, functions, 2.0)
+        total += np.diag(np.tile(variances.ravel(), len(signatures)))
     return total

@@ -28,7 +28,6 @@ from scapulohumeral.gap.residual.noise import (
     trial_noise,
 )
 from scapulohumeral.gap.residual.residual import Residual, compress
-from scapulohumeral.gap.settings import ModelSpread
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 
 pytestmark = pytest.mark.unit
@@ -279,19 +278,3 @@ def test_markers_and_electrodes_change_by_shares_of_their_own():
         covariance(0.5, 0.0), 0.25 * (outer(frame) + outer(task.posture)), atol=1e-9
     )
     np.testing.assert_allclose(covariance(0.0, 0.5), 0.25 * outer(gain), atol=1e-9)
-
-
-@pytest.mark.parametrize("alike", [0.0, 0.9, 1.0])
-def test_errors_of_the_model_are_mostly_the_same_in_all_tasks(alike):
-    still = SimpleNamespace(
-        **dict.fromkeys(("session", "posture", "unmeasured"), np.zeros((0, NODES, len(NAMES))))
-    )
-    size = len(NAMES) * FUNCTIONS.shape[1]
-    nothing, spread = np.zeros((2 * size, 2 * size)), ModelSpread(4.0, 0.08, 150.0, 0.5, alike)
-    shares = SessionShares(1.0, 1.0)
-    total = total_covariance(nothing, [still, still], FUNCTIONS, NAMES, spread, shares)
-    own, across = np.diag(total[:size, :size]), np.diag(total[:size, size:])
-    np.testing.assert_allclose(across, alike * own)
-    mean_square = own.reshape(len(NAMES), -1).sum(axis=1) / len(FUNCTIONS)
-    levels = [deviation(spread, name) for name in NAMES]
-    np.testing.assert_allclose(np.sqrt(mean_square), levels)

@@ -53,8 +53,7 @@ REDUCIBLE = 0.05
 PLACEBOS = 3
 
 
-# Errors of predictions may be as assumed or smaller: by how much of their variance. They may be as
-# much larger as the likeliest explanation misses the difference.
+# Errors of predictions may be as assumed or smaller: by how much of their variance.
 ERROR_PORTIONS = (0.0, 0.03, 0.1, 0.3, 1.0)
 
 
@@ -311,7 +310,8 @@ def _expected(
     What the tasks left out show themselves says too much: where what is left of them happens to be
     less than what two recordings are taken to differ by, all of the gap counts as removed. And few
     tasks say little of how different tasks can be. The errors that predictions are assumed to have
-    say more of both; the tasks left out say whether they are as large.
+    say more of both; the tasks left out say whether they are as large, smaller, or as much larger
+    as the likeliest explanation misses the difference.
 
     Parameters
     ----------
@@ -322,11 +322,11 @@ def _expected(
     """
     rng = np.random.default_rng(seed)
     drawn, log_density = [], []
-    for portion in sorted({*ERROR_PORTIONS, float(np.sqrt(misfit)), misfit}):
-        remains = [
-            _with_errors(part.covariance, covariance, portion)
-            for (part, _), covariance in zip(parts, left, strict=True)
-        ]
+    sizes = [
+        _may_remain(part.covariance, covariance, misfit)
+        for (part, _), covariance in zip(parts, left, strict=True)
+    ]
+    for remains in zip(*sizes, strict=True):
         drawn.append(_shares_of_more(parts, remains, rng))
         log_density.append(
             sum(
@@ -345,17 +345,16 @@ def _expected(
     return Share(float(median), ends, share.n_trials)
 
 
-def _with_errors(without: np.ndarray, left: np.ndarray, portion: float) -> np.ndarray:
-    """Covariance (D, D) of what remains with a portion of the variance of errors of predictions.
+def _may_remain(without: np.ndarray, left: np.ndarray, misfit: float) -> list[np.ndarray]:
+    """Covariances (D, D) of what may remain of a task, by the size of errors of predictions.
 
-    Other tasks tell what sessions change, so that less may be left than without a prediction. That
-    is no error, and does not grow with them.
+    Parameters
+    ----------
+    without : if there are none; left : if they are as assumed
+    misfit : as for :func:`explain`; it counts for all that is left
     """
-    error = left - without
-    if portion <= 1.0:
-        return without + portion * error
-    size, axes = np.linalg.eigh(error)
-    return left + (portion - 1.0) * (axes * np.maximum(size, 0.0)) @ axes.T
+    smaller = [without + portion * (left - without) for portion in ERROR_PORTIONS]
+    return [*smaller, *(factor * left for factor in (np.sqrt(misfit), misfit) if factor > 1.0)]
 
 
 def _shares_of_more(

@@ -1,14 +1,32 @@
-"""What candidates say of the gap."""
+"""How deep a cause is resolved by what it cannot be told from, and what it leaves of the gap."""
 
 import numpy as np
 import pytest
 from made_up_hypotheses import DAMPING, hypothesis, residual
 
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.verdict.candidates import candidates
+from scapulohumeral.gap.verdict.candidates import _level, candidates
 from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
+
+INFRA, SUPRA = "body/strength_loss/infra", "body/strength_loss/supra"
+LOAD, GAIN = "body/hand_load", "measurement/emg_gain/EMG_infra"
+
+
+@pytest.mark.parametrize(
+    ("label", "mates", "level"),
+    [
+        (INFRA, [], "member"),
+        (INFRA, [SUPRA], "family"),
+        (INFRA, [LOAD], "side"),
+        (INFRA, [f"{GAIN} + {INFRA}"], "member"),
+        (f"{INFRA} + {GAIN}", [f"{SUPRA} + {GAIN}"], "family"),
+        (f"{INFRA} + {GAIN}", [f"{LOAD} + {GAIN}"], "side"),
+    ],
+)
+def test_a_label_is_as_deep_as_its_mates_agree(label: str, mates: list[str], level: str) -> None:
+    assert _level(label, [[label, *mates]]) == level
 
 
 def share_left(least: float) -> float:

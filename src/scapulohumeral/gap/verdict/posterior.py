@@ -139,12 +139,15 @@ class Circumstances:
     @property
     def heard(self) -> bool:
         """Whether evidence is for or against causes: a gap, or none where most would show."""
-        return self.present or (self.told and self.able)
+        return self.present or (self.told and not self.unable)
 
     @property
     def unable(self) -> bool:
-        """Whether no gap shows in muscles that would have shown few causes."""
-        return not self.present and self.told and not self.able
+        """Whether no gap shows in muscles that would have shown few causes.
+
+        Without reference trials that is usual, and opened draws say how probable no gap is then.
+        """
+        return self.referenced and self.told and not (self.present or self.able)
 
 
 def probabilities(

@@ -164,6 +164,7 @@ def test_no_gap_in_trials_that_could_show_little_excludes_no_cause():
     assert weak.unable
     assert not weak.heard
     assert not replace(weak, able=True).unable
+    assert not replace(weak, referenced=False).unable
     assert not replace(weak, present=True).unable
     assert no_gap_range(PLAIN, weak) == (0.0, 1.0)
     found = posterior(scores(a=50.0), heard(PLAIN, weak), no_gap_range(PLAIN, weak))

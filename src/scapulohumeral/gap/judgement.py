@@ -111,9 +111,7 @@ def judge(
     """
     present = is_there.present
     others = evidence.others()
-    fits = [*found.integrated]
-    if MOVED in others:
-        fits.append(movement_fit(evidence.residuals, others[MOVED]))
+    fits = _answers(evidence, found, others)
     scores = _scores(evidence, found, fits, others, weighing)
     case = _circumstances(evidence, is_there, fits, able)
     p = posterior.probabilities(scores, weighing, case)
@@ -155,6 +153,13 @@ def judge(
         temperature=weighing.temperature,
         circumstances=case,
     )
+
+
+def _answers(evidence: Evidence, found: Explanations, others: Mapping[str, float]) -> list[Fit]:
+    """All causes, and another movement where it is one."""
+    if MOVED not in others:
+        return [*found.integrated]
+    return [*found.integrated, movement_fit(evidence.residuals, others[MOVED])]
 
 
 def _circumstances(

@@ -92,10 +92,9 @@ def test_finished_study_has_nothing_to_do(finished: Path, rerun: Rerun) -> None:
 
 
 def test_texts_about_the_model_rerun_nothing(finished: Path, rerun: Rerun) -> None:
-    for name, made in (("README.md", False), ("muscles.csv", True)):
-        path = finished / "config/model" / name
-        path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-        assert bool(rerun()) == made, name
+    path = finished / "config/model/README.md"
+    path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert not rerun()
 
 
 def test_sensitivity_may_follow_any_recording(finished: Path, rerun: Rerun) -> None:
@@ -113,13 +112,9 @@ def test_diagram_of_the_rules_follows_them(finished: Path) -> None:
     diagram.touch()
     rules = finished / "workflow/rules/bench.smk"
     command = ["snakemake", "--workflow-profile", PROFILE, "--dry-run", "--", "results/dag.mmd"]
-    planned = []
-    for changed in (False, True):
-        if changed:
-            os.utime(rules, (diagram.stat().st_mtime + 60,) * 2)
-        done = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=True)
-        planned.append("Diagram of the rules" in done.stdout)
-    assert planned == [False, True]
+    os.utime(rules, (diagram.stat().st_mtime + 60,) * 2)
+    planned = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=True)
+    assert "Diagram of the rules" in planned.stdout
 
 
 def test_prediction_weight_reruns_predictions(finished: Path, rerun: Rerun) -> None:

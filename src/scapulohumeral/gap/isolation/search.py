@@ -147,7 +147,7 @@ class _Told:
         self.done: set[str] = set()
         self.unsolved: set[tuple[str, float]] = set()
         self.strongest = max(map(self._weight, evidence.screened))
-        self.nothing = {s: no_gap_evidence(c) for s, c in evidence.residuals.items()}
+        self.nothing = no_gap_evidence(evidence.residual)
         behind = BEHIND
         if evidence.settings.of_simulations:
             # By as much evidence will be divided.
@@ -176,9 +176,10 @@ class _Told:
     def _may_count(self, first: Fit) -> bool:
         """Whether a new solution may bring an effect near the strongest.
 
-        Members of one family gain as differently as families do.
+        Members of one family gain as differently as families do. What another movement explains
+        beside a derivative, the solution may explain by itself.
         """
-        explained = max(first.log_evidence - self.nothing[first.moved_deg], 0.0)
+        explained = max(first.log_evidence - self.nothing, 0.0)
         gain = max(self.gains.get(family(first.label), 0.0), ADDED * explained)
         return self._weight(first) + gain > self.strongest - self.behind
 

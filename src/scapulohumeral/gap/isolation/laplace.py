@@ -47,7 +47,7 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     covariance = np.linalg.inv(curvature)
     left = system.left(x)
     _, logdet = np.linalg.slogdet(curvature)
-    unbounded, log_allowed = system.allowed(x, error)
+    unbounded, log_allowed = system.allowed(x, error, curvature)
     log_evidence = (
         error.log_density(error.squares(left), len(left))
         - residual.log_volume
@@ -102,7 +102,9 @@ class _System:
         told = self.slope.T @ error.solve(self.slope)
         return told + np.diag(self.hypothesis.prior_sd**-2.0)
 
-    def allowed(self, x: np.ndarray, error: SignatureError) -> tuple[np.ndarray, float]:
+    def allowed(
+        self, x: np.ndarray, error: SignatureError, curvature: np.ndarray
+    ) -> tuple[np.ndarray, float]:
         """Where the density is largest without constraints at zero, (P,), and what these cost.
 
         The latter is the logarithm of the integral over what is allowed, over Laplace's: the share
@@ -116,7 +118,6 @@ class _System:
         if not len(rows):
             return unbounded, 0.0
         varying = np.ix_(free, free)
-        curvature = self.curvature(error)
         slope = -self.slope.T @ error.solve(self.left(x)) + x / self.hypothesis.prior_sd**2
         step = np.linalg.solve(curvature[varying], -slope[free])
         unbounded[free] += step

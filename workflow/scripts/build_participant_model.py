@@ -8,13 +8,12 @@ log_to_file(snakemake)
 
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.opensim_model import model_record, participant_model, write_osim
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.record import write_record
 from scapulohumeral.model.tables import read_tables
 
 tables = read_tables(Path(snakemake.input.tables[0]).parent)
-folder = Path(snakemake.input.participant).parent
-participant = read_participant(folder.parent, folder.name)
+participant = participant_of(Path(snakemake.input.participant))
 choices = read_choices(snakemake.params.choices)
 
 model = participant_model(tables, participant, choices)

@@ -13,14 +13,13 @@ from scapulohumeral.model.muscle_paths.authors_fit import draw_poses
 from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
 from scapulohumeral.model.muscle_paths.thorax_clearance import is_clear
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.published_arm import followed_poses
 from scapulohumeral.model.record import read_record
 from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 
 settings = snakemake.params
-folder = Path(snakemake.input.participant).parent
-participant = read_participant(folder.parent, folder.name)
+participant = participant_of(Path(snakemake.input.participant))
 record = read_record(Path(snakemake.input.model))
 muscles = list(record.muscle_names)
 count = settings.poses + settings.held_out_poses

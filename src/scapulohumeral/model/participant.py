@@ -107,6 +107,11 @@ class Participant:
         return self.trials[name]
 
 
+def participant_of(file: Path) -> Participant:
+    """The participant of a participant.yaml, see :func:`read_participant`."""
+    return read_participant(file.parents[1], file.parent.name)
+
+
 def read_participant(directory: Path, name: str) -> Participant:
     """Read and validate a participant with all recorded motions.
 

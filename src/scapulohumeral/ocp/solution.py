@@ -55,6 +55,11 @@ class Solution:
     upper: np.ndarray
 
     @property
+    def optimal(self) -> bool:
+        """Whether the solve reached its tolerance; what failed is no result."""
+        return self.header["status"] == "optimal"
+
+    @property
     def start(self) -> Start:
         """Primal and dual warm start from this solution."""
         return Start(self.free, self.multipliers, self.lower, self.upper)

@@ -115,7 +115,7 @@ class Prediction:
     @property
     def failed(self) -> bool:
         """Whether the solver stopped without a solution."""
-        return self.solution.header["status"] != "optimal"
+        return not self.solution.optimal
 
     @property
     def limited(self) -> frozenset[str]:

@@ -80,7 +80,7 @@ def build_scene(
     load = glenohumeral_load(reaction, record)
     return Scene(
         label=label,
-        converged=recorded or solution.header["status"] == "optimal",
+        converged=recorded or solution.optimal,
         time_s=solution.time_s[nodes],
         origin_m=origin,
         rotation=rotation,

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.participant import Motion, read_motion, read_participant
+from scapulohumeral.model.participant import Motion, participant_of, read_motion, read_participant
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
@@ -234,7 +234,7 @@ def by_trial(
     runs : in any order
     models : model records by participant; participants : their participant.yaml files
     """
-    people = {p.parent.name: read_participant(p.parents[1], p.parent.name) for p in participants}
+    people = {p.parent.name: participant_of(p) for p in participants}
     found: dict[tuple[str, str], dict[str, Run]] = defaultdict(dict)
     for run in runs:
         found[run.participant, run.trial][run.formulation] = run

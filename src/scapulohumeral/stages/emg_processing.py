@@ -14,7 +14,7 @@ from scapulohumeral.emg.quality import (
     write_quality,
 )
 from scapulohumeral.emg.recording import read_recording
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ def process_emg(
     DataError                        if a recording cannot be used; a recording of poor quality can,
                                      and is reported
     """
-    folder = files.participant.parent
-    measured = read_participant(folder.parent, folder.name).trial(trial).emg
+    measured = participant_of(files.participant).trial(trial).emg
     channels = read_channels(files.channels).names
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)

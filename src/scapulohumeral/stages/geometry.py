@@ -26,7 +26,7 @@ from scapulohumeral.model.muscle_paths.fit import (
     on_one_branch,
 )
 from scapulohumeral.model.muscle_paths.geometry import crossed_joints, is_straight
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
@@ -171,8 +171,7 @@ def assess_muscle_geometry(
     spanned = np.abs(held_out.length_gradient).max(axis=0) > 0.0
     arm_rmse = np.where(spanned, np.sqrt(np.nanmean(arms**2, axis=0)), np.nan)
     pull = np.where(keep[..., None], gradient[..., 10:] - held_out.translation, np.nan)
-    recorded = read_participant(participant.parents[1], participant.parent.name).recordings
-    fibre = fibre_lengths(forces, record, recorded)
+    fibre = fibre_lengths(forces, record, participant_of(participant).recordings)
     lowest, highest = fibre.min(axis=0), fibre.max(axis=0)
     return pd.DataFrame(
         {

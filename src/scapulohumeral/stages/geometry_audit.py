@@ -28,7 +28,7 @@ def audited_poses(solution: Path, step: int) -> Array:
     None of a failed solve, P = 0: its poses are no result.
     """
     solved = read_solution(solution, allow_failed=True)
-    if solved.header["status"] != "optimal":
+    if not solved.optimal:
         return np.zeros((0, 13))
     pose = solved.pose[::step].copy()
     for first in (0, 4, 8):

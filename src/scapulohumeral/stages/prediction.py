@@ -346,7 +346,7 @@ def _ways(scene: _Scene, files: PredictionFiles) -> Iterator[_Way]:
     neighbour = (
         None if files.neighbour is None else read_solution(files.neighbour, allow_failed=True)
     )
-    if neighbour is not None and neighbour.header["status"] == "optimal":
+    if neighbour is not None and neighbour.optimal:
         before = neighbour.header["condition"]
         limited = set(before["muscles"]) != set(condition.muscles) or not before["muscles"]
         highest = 1.0 if limited else before["capacity"]

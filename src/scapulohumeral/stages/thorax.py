@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from scapulohumeral.errors import DataError, ModelError
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import Array, trial_to_pose
 
@@ -42,8 +42,7 @@ def fit_participant_thorax(model: Path, participant: Path, thorax: Path) -> None
     ------
     ConfigError                      if participant.yaml is wrong
     """
-    person = read_participant(participant.parents[1], participant.parent.name)
-    _fit(model, person.elevations, thorax)
+    _fit(model, participant_of(participant).elevations, thorax)
 
 
 def fit_thorax(model: Path, recordings: Sequence[Path], thorax: Path) -> None:

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
-from scapulohumeral.model.participant import Trial, read_participant
+from scapulohumeral.model.participant import Trial, participant_of
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -58,8 +58,7 @@ def solve_tracking(
 
 def read_trial(files: ModelFiles, trial: str) -> Trial:
     """One recorded trial of a participant."""
-    folder = files.participant.parent
-    return read_participant(folder.parent, folder.name).trial(trial)
+    return participant_of(files.participant).trial(trial)
 
 
 def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
@@ -69,8 +68,7 @@ def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
     ------
     ConfigError                      the trials differ in it
     """
-    folder = files.participant.parent
-    person = read_participant(folder.parent, folder.name)
+    person = participant_of(files.participant)
     loads = {trial: person.trial(trial).hand_load_kg for trial in trials}
     if len(set(loads.values())) != 1:
         held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())

@@ -82,7 +82,7 @@ def compare_with_emg(solution: Path, channels: Path, envelope: Path) -> pd.DataF
     measured = read_envelopes(envelope, table.names).at(solved.time_s)
     error = solved.excitation @ matrix.T - measured
     rmse = np.sqrt(np.mean(error**2, axis=0))
-    if solved.header["status"] != "optimal":
+    if not solved.optimal:
         rmse = np.full(len(rmse), np.nan)
     return pd.DataFrame({"channel": table.names, "rmse": rmse})
 

@@ -21,7 +21,7 @@ from scipy import constants
 
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.published_arm import (
     PUBLISHED_PLANES,
     followed_poses,
@@ -108,7 +108,7 @@ def against_recording(
     region : that muscle paths were fitted to
     rest_below_deg : elevation below which the arm counts as at rest
     """
-    persons = {name: read_participant(path.parents[1], name) for name, path in people.items()}
+    persons = {name: participant_of(path) for name, path in people.items()}
     fitted = {(name, "own"): recorded_poses(person) for name, person in persons.items()}
     for name, person in persons.items():
         if HEALTHY in person.predictions:
@@ -206,8 +206,7 @@ def _compared(one: Predicted, people: Mapping[str, Path]) -> Iterator[Compared]:
 
 def _published(participant: Path, condition: str) -> np.ndarray | None:
     """Poses (268, 13) of the published motion of a condition, None where there is none."""
-    name = participant.parent.name
-    motions = read_participant(participant.parents[1], name).predictions
+    motions = participant_of(participant).predictions
     file = motions.get(PUBLISHED_OF.get(condition, ""))
     return None if file is None else published_pose(read_motion(file))
 

@@ -21,7 +21,7 @@ from scapulohumeral.model.muscle_paths.pose_region import (
     elevation_poses,
     recorded_poses,
 )
-from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant import participant_of
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
@@ -69,10 +69,7 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     ------
     DataError                        a prediction whose task is not among the tracked ones
     """
-    people = {
-        path.parent.name: read_participant(path.parents[1], path.parent.name)
-        for path in files.participants
-    }
+    people = {path.parent.name: participant_of(path) for path in files.participants}
     fitted = {name: recorded_poses(person) for name, person in people.items()}
     elevated = {name: elevation_poses(person) for name, person in people.items()}
     tracked: dict[tuple[str, ...], Solution] = {

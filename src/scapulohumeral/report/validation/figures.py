@@ -100,7 +100,7 @@ def task_figure(coordination: Coordination, participant: str, task: str) -> Pict
     """Excitations of one daily task with both parameter sets, and EMG (figure of the paper)."""
     channels, envelopes = coordination.channels, coordination.envelopes(participant, task)
     solutions = {k: coordination.tasks.get((participant, task, k)) for k in LINES}
-    solved = {k: s for k, s in solutions.items() if s and s.header["status"] == "optimal"}
+    solved = {k: s for k, s in solutions.items() if s and s.optimal}
     if channels is None or envelopes is None or not solved:
         return None
     drawing = Drawing(2, 4, (12.5, 4.8), sharex="all")

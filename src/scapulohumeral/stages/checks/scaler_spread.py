@@ -71,7 +71,7 @@ def scaler_spread(
             "uncertain; choose a condition with calibrated parameters"
         )
     solved = read_solution(solution, allow_failed=True)
-    if solved.header["status"] != "optimal":
+    if not solved.optimal:
         return pd.DataFrame(columns=list(COLUMNS))
     record = read_record(files.model.model)
     scalers = muscle_groups(record, read_channels(files.channels))

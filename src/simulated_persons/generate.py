@@ -6,7 +6,7 @@ seed, drawn unless ``--seed`` gives it, is kept with them in ``draw.json``: it t
 ``draw.json`` also counts the draws that were dropped, and names the cases that were given up.
 
 A key is ``KEYS/CASE.json``: labels, amplitudes, plant, seed, what would be seen without noise, the
-noise-free hidden task, and why earlier draws of the case were dropped.
+noise-free tasks, the hidden one among them, and why earlier draws of the case were dropped.
 """
 
 from __future__ import annotations

@@ -49,7 +49,14 @@ def case_key(plan: Plan, recordings: Recordings) -> dict:
             "task": plan.hidden,
             **{side: _noise_free(trial, plan) for side, trial in hidden.items()},
         },
+        "noise_free": {task: _noise_free_sides(task, plan, recordings) for task in plan.tasks},
     }
+
+
+def _noise_free_sides(task: str, plan: Plan, recordings: Recordings) -> dict[str, dict]:
+    """What would be recorded of a visible task without noise, by side, `OTHERWISE` among them."""
+    sides = ("test", "reference", *((OTHERWISE,) if plan.otherwise else ()))
+    return {side: _noise_free(recordings[side, task, 0], plan) for side in sides}
 
 
 def _compared(plan: Plan) -> tuple[str, str]:

@@ -16,7 +16,8 @@ from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly
 from scapulohumeral.gap.answer import _remarks_on_shrinkage
 from scapulohumeral.gap.assembly import effects_of
-from scapulohumeral.gap.benchmark import hidden_task
+from scapulohumeral.gap.benchmark.noise_free import hidden_task, limits
+from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.curve_files import LeftOutRow
 from scapulohumeral.gap.detection.size import NO_INTERVAL
@@ -738,14 +739,13 @@ def test_hidden_trials_and_pairs_are_read_in_their_own_order():
     time = [0.0, 0.5, 1.0]
     angles = np.linspace(0.0, 40.0, 30).reshape(3, 10)
     curves = {"time_s": time, "angles_deg": angles.tolist(), "emg": [[0.1], [0.2], [0.3]]}
-    key = {"channels": ["SC_rx", "EMG_b"], "hidden_task": {"test": curves}}
-    read = hidden_task._trial(key, "test")
+    channels = ["SC_rx", "EMG_b"]
+    read = noise_free_trial(curves, channels, "hidden", "test")
     np.testing.assert_allclose(np.rad2deg(read.angles_rad), angles)
     assert read.emg.channels == ("EMG_b",)
     assert read.contact is None
     force = [[1.0, 2.0, 3.0]] * 3
-    other = {**key, "hidden_task": {"test": {**curves, "emg": None, "force_N": force}}}
-    read = hidden_task._trial(other, "test")
+    read = noise_free_trial({**curves, "emg": None, "force_N": force}, channels, "hidden", "test")
     assert read.emg is None
     np.testing.assert_allclose(read.contact.force_N, force)
     effects = library(Setup(("biceps",), CHANNELS, (CHANNELS,), False))
@@ -755,3 +755,26 @@ def test_hidden_trials_and_pairs_are_read_in_their_own_order():
     for known in (effects, effects[::-1]):
         candidate = {"label": f"{load.label} + {weak.label}"}
         assert hidden_task._ordered(known, candidate) == [load, weak]
+
+
+def test_a_difference_as_it_is_predicted_is_answered_with_its_effect():
+    """As recorded, the same errors are most probable as in the diagnosis."""
+    whole = case()
+    records = read_records(whole, None, SETTINGS, [])
+    found = assembly.assemble(whole, records, None, SETTINGS, [])
+    again = limits._of(replace(found, settings=SETTINGS), found.residual.delta)
+    assert again.session_shares == found.session_shares
+    np.testing.assert_allclose(again.residual.covariance, found.residual.covariance)
+    effect = {"label": RIGHT, "parameter": "f0_factor", "amplitude": 0.4}
+    key = {"person": "yields", "effects": [effect]}
+    delta = limits._predicted(key, found)
+    [known] = [one for one in found.known[STIFFNESSES[0]] if one.label == RIGHT]
+    np.testing.assert_allclose(delta, known.slope[:, 0] * np.log(0.4))
+    key |= {"mode": {"reference": True}, "shown": True, "kind": "single"}
+    scored = limits.ScoredCase(Path("it"), Path("it"), key, None, 0.0)
+    row = limits._row(scored, "as_predicted", limits._of(found, delta), whole)
+    assert (row.present, row.first, row.right, row.left) == (True, RIGHT, True, False)
+    nothing = limits._row(scored, "as_predicted", limits._of(found, 0.0 * delta), whole)
+    assert not nothing.present
+    outside = {**key, "effects": [{**effect, "label": "unknown/far/friction"}]}
+    assert limits._predicted(outside, found) is None

@@ -14,7 +14,7 @@ OPTIONS = {
     "--published": "file of hashes",
     "--answers": "folder of answers",
     "--keys": "folder of keys, outside the checkout",
-    "--out": "score card, scores.json",
+    "--out": "file to write: a score card, or a table of limits",
 }
 
 DRAWS_HELP = "YAML: name -> cases, published, answers, keys"
@@ -34,9 +34,14 @@ def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache
         steps, "score", "open the keys and score", "--cases", "--published", "--answers", "--keys",
         "--out",
     )  # fmt: skip
-    score.add_argument("--config", type=Path, default=config, metavar="FILE")
-    score.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     score.set_defaults(run=_score)
+    bound = _step(
+        steps, "limits", "what limits answers to opened cases", "--cases", "--keys", "--out"
+    )
+    bound.set_defaults(run=_limits)
+    for step in (score, bound):
+        step.add_argument("--config", type=Path, default=config, metavar="FILE")
+        step.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     for step in (answer, score):
         step.add_argument("--jobs", type=int, default=2, metavar="N", help="cases at a time")
 
@@ -65,12 +70,21 @@ def _answer(options: argparse.Namespace, command: str) -> int:
 
 
 def _score(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.benchmark.hidden_task import hidden_shrinkage
+    from scapulohumeral.gap.benchmark.noise_free.hidden_task import hidden_shrinkage
     from scapulohumeral.gap.benchmark.protocol import BlindFiles, score
 
     files = BlindFiles(options.cases, options.published, options.answers)
     shrinks = partial(hidden_shrinkage, config_file=options.config, cache=options.cache)
     score(files, options.keys, options.out, shrinks, options.jobs)
+    return 0
+
+
+def _limits(options: argparse.Namespace, command: str) -> int:
+    from scapulohumeral.gap.benchmark.noise_free.limits import limits
+
+    limits(options.cases, options.keys, options.config, options.cache).to_csv(
+        options.out, index=False
+    )
     return 0
 
 

@@ -68,6 +68,11 @@ def screened_only(evidence: Evidence) -> Explanations:
     return Explanations(every, tuple(integrated(every, evidence.suppositions)))
 
 
+def by_derivatives(evidence: Evidence) -> Explanations:
+    """Effects at the nominal solutions and pairs of them: nothing is solved again."""
+    return _with_pairs(evidence, evidence.fits)
+
+
 def fit_all(
     evidence: Evidence, model: ParticipantModel, threads: int, warnings: list[str]
 ) -> Explanations:
@@ -111,6 +116,13 @@ def fit_all(
                 )
             for one in solved:
                 by_person = _with(by_person, one, simulated)
+    return _with_pairs(evidence, by_person)
+
+
+def _with_pairs(
+    evidence: Evidence, by_person: Mapping[Supposition, tuple[Fit, ...]]
+) -> Explanations:
+    """All effects as they are fitted, and pairs of the strongest."""
     singles = tuple(f for fits in by_person.values() for f in fits)
     pairs = tuple(f for one in _probable(evidence) for f in _pairs(evidence, by_person, one))
     every = (*singles, *pairs)
@@ -246,7 +258,7 @@ def _probable(evidence: Evidence) -> list[Supposition]:
 
 
 def _pairs(
-    evidence: Evidence, by_person: dict[Supposition, tuple[Fit, ...]], one: Supposition
+    evidence: Evidence, by_person: Mapping[Supposition, tuple[Fit, ...]], one: Supposition
 ) -> list[Fit]:
     fits = of_person(by_person, one)
     residual = evidence.residuals[one.moved_deg]

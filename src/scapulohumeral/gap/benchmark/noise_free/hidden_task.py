@@ -22,6 +22,7 @@ from scapulohumeral.gap.assembly import (
     effects_of,
     settings_of_signatures,
 )
+from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.curve_files import read_table
@@ -33,9 +34,8 @@ from scapulohumeral.gap.nominal.participant_model import (
     ParticipantModel,
     participant_model,
 )
-from scapulohumeral.gap.recording.case import Case, ContactSeries, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
-from scapulohumeral.gap.recording.observables import channel_kind, difference, phase_functions
+from scapulohumeral.gap.recording.case import Case, make_case
+from scapulohumeral.gap.recording.observables import difference, phase_functions
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
 from scapulohumeral.gap.residual.noise import SessionShares, total_covariance
 from scapulohumeral.gap.residual.residual import Residual, compress
@@ -43,7 +43,6 @@ from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, task_signatures
 from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
-from scapulohumeral.model.motion import Motion
 
 log = logging.getLogger(__name__)
 
@@ -76,7 +75,10 @@ def hidden_shrinkage(
     config = read_diagnosis_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config)
     case = read_case(folder_request(scored.folder, config_file, cache), config)
-    test, reference = (_trial(scored.key, side) for side in ("test", "reference"))
+    test, reference = (
+        noise_free_trial(scored.key["hidden_task"][side], scored.key["channels"], "hidden", side)
+        for side in ("test", "reference")
+    )
     references = [reference] if case.reference else []
     whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
     hidden = replace(case, test=(test,), reference=tuple(references))
@@ -98,22 +100,6 @@ def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Ef
     """The effects of a candidate in the order of its label, as its parameters are."""
     known = {effect.label: effect for effect in effects}
     return [known[label] for label in candidate["label"].split(JOIN)]
-
-
-def _trial(key: Mapping[str, Any], side: str) -> GapTrial:
-    """A noise-free trial of the hidden task; `side` is "test" or "reference"."""
-    curves = key["hidden_task"][side]
-    time_s, angles = np.array(curves["time_s"]), np.deg2rad(curves["angles_deg"])
-    emg = None
-    if curves.get("emg"):
-        names = [name for name in key["channels"] if channel_kind(name) == "emg"]
-        emg = EmgSeries(time_s, tuple(names), np.array(curves["emg"]))
-    contact = None
-    if curves.get("force_N"):
-        contact = ContactSeries(time_s, np.array(curves["force_N"]))
-    smooth = smoothed(Motion(time_s, angles))
-    window = movement_window(smooth)
-    return GapTrial(side, "hidden", 1, time_s, angles, smooth, emg, contact, window, Path(side))
 
 
 def _compared(

@@ -1,0 +1,212 @@
+"""What limits the answers to opened cases: noise, what is known of people, or the library itself.
+
+The same inference, by derivatives alone, judges up to four differences of each case: the one that
+was recorded; the one that the simulated person makes without noise; the same without what was moved
+otherwise, if anything was; and the one that the diagnosis predicts for the injected effects. What
+only the last gets right is lost to predictions, what only those without noise do to noise. Noise
+counts in all of them as it does in the recorded one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scapulohumeral.gap.assembly import assemble
+from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
+from scapulohumeral.gap.benchmark.protocol import folder_request
+from scapulohumeral.gap.benchmark.scored_case import ScoredCase
+from scapulohumeral.gap.detection import null_bank
+from scapulohumeral.gap.detection.presence import surest, tested
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
+from scapulohumeral.gap.isolation.search import by_derivatives
+from scapulohumeral.gap.judgement import judge
+from scapulohumeral.gap.labels import JOIN, family
+from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
+from scapulohumeral.gap.recording.case import Case
+from scapulohumeral.gap.recording.observables import difference, phase_functions, recorded
+from scapulohumeral.gap.residual.differences import read_records
+from scapulohumeral.gap.residual.noise import SessionShares
+from scapulohumeral.gap.residual.residual import compress
+from scapulohumeral.gap.run import read_case
+from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
+
+RECORDED, WITHOUT_NOISE = "recorded", "without_noise"
+SAME_MOVEMENT, AS_PREDICTED = "same_movement", "as_predicted"
+# Of one effect that shows, two, or an effect outside the library.
+KINDS = ("single", "pair", "unknown")
+# Who simulates persons before they give way, and the side of trials moved otherwise, in keys.
+YIELDS, OTHERWISE = "yields", "otherwise"
+
+
+@dataclass(frozen=True)
+class LimitsRow:
+    """How one difference of a case is answered.
+
+    Attributes
+    ----------
+    case, status, truth, person : of the key
+    difference : which one, see this module
+    length : in units of what differs without a cause
+    present, p_value : whether it is a gap
+    first, p : the most probable answer; right : whether its family, or one of two, is right
+    right_p : probability of all right labels; none_p : of none of these
+    left : whether the first is said to leave something
+    """
+
+    case: str
+    status: str
+    truth: str
+    person: str
+    difference: str
+    length: float
+    present: bool
+    p_value: float
+    first: str
+    p: float
+    right: bool
+    right_p: float
+    none_p: float
+    left: bool
+
+
+def limits(cases: Path, keys: Path, config_file: Path, cache: Path) -> pd.DataFrame:
+    """A :class:`LimitsRow` for each difference of all opened cases whose cause shows.
+
+    Only cases with reference trials count, where nothing but the cause and the movement differs.
+
+    Parameters
+    ----------
+    cases : folder of case folders; keys : folder of opened keys, with curves free of noise
+    config_file, cache : as for the diagnosis
+    """
+    rows = []
+    for scored in _opened(cases, keys):
+        evidence, case = _evidence(scored.folder, config_file, cache)
+        for name, delta in _differences(scored, evidence, case).items():
+            rows.append(_row(scored, name, _of(evidence, delta), case))
+    return pd.DataFrame([asdict(row) for row in rows])
+
+
+def _opened(cases: Path, keys: Path) -> list[ScoredCase]:
+    """Cases whose cause shows, without answers."""
+    found = []
+    for folder in sorted(path for path in cases.iterdir() if path.is_dir()):
+        key = json.loads((keys / f"{folder.name}.json").read_text(encoding="utf-8"))
+        scored = ScoredCase(folder, folder, key, None, 0.0)
+        if key["mode"]["reference"] and scored.status in KINDS:
+            found.append(scored)
+    return found
+
+
+def _evidence(folder: Path, config_file: Path, cache: Path) -> tuple[Evidence, Case]:
+    """A case as the diagnosis puts it together."""
+    config = read_diagnosis_config(config_file)
+    settings = read_settings(config)
+    case = read_case(folder_request(folder, config_file, cache), config)
+    model = participant_model(case, ModelSettings.of(config), cache)
+    records = read_records(case, model, settings, [])
+    evidence = assemble(case, records, model, settings, [])
+    # The signature error is the most probable one of the recorded difference: here it is sought
+    # for each difference anew.
+    return replace(evidence, settings=settings), case
+
+
+def _differences(scored: ScoredCase, evidence: Evidence, case: Case) -> dict[str, np.ndarray]:
+    """Differences (D,) by name."""
+    key = scored.key
+    found = {
+        RECORDED: evidence.residual.delta,
+        WITHOUT_NOISE: _without_noise(key, evidence, case, "reference"),
+    }
+    if any(OTHERWISE in sides for sides in key["noise_free"].values()):
+        found[SAME_MOVEMENT] = _without_noise(key, evidence, case, OTHERWISE)
+    known = _predicted(key, evidence)
+    return found if known is None else {**found, AS_PREDICTED: known}
+
+
+def _without_noise(
+    key: Mapping[str, Any], evidence: Evidence, case: Case, before: str
+) -> np.ndarray:
+    """Difference (D,) of the test side to another one of a key."""
+    settings, curves = evidence.settings, []
+    for task in evidence.residual.tasks:
+        test, base = (
+            recorded(
+                noise_free_trial(key["noise_free"][task][side], key["channels"], task, side),
+                case.channels,
+                case.has_contact,
+                settings.nodes,
+            )
+            for side in ("test", before)
+        )
+        curves.append(difference(test, base))
+    return compress(curves, phase_functions(settings.nodes, settings.phase_functions))
+
+
+def _predicted(key: Mapping[str, Any], evidence: Evidence) -> np.ndarray | None:
+    """Change (D,) that the injected effects are predicted to make; None outside the library."""
+    kept = list(evidence.known)[0 if key["person"] == YIELDS else -1]
+    by_label = {one.label: one for one in evidence.known[kept]}
+    change = np.zeros_like(evidence.residual.delta)
+    for effect in key["effects"]:
+        one = by_label.get(effect["label"])
+        if one is None:
+            return None
+        params = one.effects[0].params
+        injected = [p.name for p in params].index(effect["parameter"])
+        x = np.zeros(len(params))
+        x[injected] = params[injected].internal(effect["amplitude"])
+        change += one.predict(x)
+    return change
+
+
+def _of(evidence: Evidence, delta: np.ndarray) -> Evidence:
+    """The same for another difference (D,), with the most probable shares of errors for it."""
+    repeats = evidence.residual.noise
+    whole = replace(evidence.residual, delta=delta, covariance=repeats)
+    return most_probable(
+        replace(
+            evidence,
+            residuals={0.0: whole},
+            cautious=whole,
+            session_shares=SessionShares(1.0, 1.0),
+            fits={},
+        )
+    )
+
+
+def _row(scored: ScoredCase, name: str, evidence: Evidence, case: Case) -> LimitsRow:
+    """Judge one difference."""
+    settings: GapSettings = evidence.settings
+    bank, _ = null_bank.read_bank(null_bank.bank_file(settings), settings)
+    kind = "reference", bool(case.channels), case.has_contact
+    inflation, _ = null_bank.inflation(bank, *kind, settings.alpha)
+    c, shapes = evidence.cautious, evidence.shapes()
+    there = surest(tested(c, shapes, settings.alpha, inflation, case.seed)[1])
+    found = by_derivatives(evidence)
+    judged = judge(evidence, found, there, settings.weighing, inflation, case.seed, True)
+    p = judged.p
+    right = {family(label) for label in scored.right}
+    return LimitsRow(
+        case=scored.folder.name,
+        status=scored.status,
+        truth=JOIN.join(scored.truth),
+        person=scored.person,
+        difference=name,
+        length=round(float(np.linalg.norm(c.whiten(c.delta))), 2),
+        present=there.present,
+        p_value=round(there.p_value, 4),
+        first=p.first,
+        p=round(p.labels[p.first], 3),
+        right=any(family(part) in right for part in p.first.split(JOIN)),
+        right_p=round(sum(q for label, q in p.every.items() if family(label) in right), 3),
+        none_p=round(p.none, 3),
+        left=judged.left is not None and judged.left.presence.present,
+    )

@@ -83,7 +83,7 @@ lint: $(environment) ## Check format, lint and types
 
 # The opensim and casadi wheels cannot be loaded into one process.
 unit: $(environment) ## Run the tests that need no results
-	pytest -m "(unit or workflow) and not slow" --numprocesses $(CORES)
+	pytest -m "(unit or workflow) and not slow" --numprocesses $(CORES) --dist worksteal
 	pytest -m opensim --numprocesses $(CORES) --dist loadfile || [ $$? -eq 5 ]  # 5: no test carries the mark
 
 format: $(environment) ## Format all files

@@ -18,6 +18,7 @@ pytestmark = pytest.mark.workflow
 
 PROFILE = "workflow/profiles/default"
 GAP = "results/gap/par1/result.json"
+OF_GAP = {GAP, "results/gap/par1/config.yaml"}
 TARGETS = ("results/prediction/summary.csv", "results/validation/summary.csv", GAP)
 # Small enough to plan in seconds, with two of everything that a change may or may not reach.
 STUDY = {
@@ -28,6 +29,9 @@ STUDY = {
     "diagnose": ["par1"],
 }
 PREDICT = ["healthy", "cuff_w2", "cuff_w4"]
+
+# Plan of a file that is not made again.
+UP_TO_DATE = "no update"
 
 Rerun = Callable[[], set[str]]
 
@@ -82,56 +86,57 @@ def finished(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 def rerun(finished: Path, tmp_path: Path) -> Iterator[Rerun]:
     """Function that gives the files which a run would make; changes are undone afterwards."""
     shutil.copytree(finished / "config", tmp_path / "config")
-    yield lambda: {name for name, plan in results(finished).items() if plan != "no update"}
+    yield lambda: {name for name, plan in results(finished).items() if plan != UP_TO_DATE}
     shutil.copytree(tmp_path / "config", finished / "config", dirs_exist_ok=True)
 
 
 def test_finished_study_has_nothing_to_do(finished: Path, rerun: Rerun) -> None:
-    assert set(TARGETS) < set(results(finished))
-    assert rerun() == set()
-
-
-def test_texts_about_the_model_rerun_nothing(finished: Path, rerun: Rerun) -> None:
+    """Neither do texts about the model matter, nor participants that the study does not have."""
     path = finished / "config/model/README.md"
     path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    assert not rerun()
+    malform(finished, "par3")
+    planned = results(finished)
+    assert set(TARGETS) < set(planned)
+    assert {name for name, plan in planned.items() if plan != UP_TO_DATE} == set()
 
 
-def test_sensitivity_may_follow_any_recording(finished: Path, rerun: Rerun) -> None:
+def test_what_the_targets_do_not_ask_for_follows_its_files(finished: Path, rerun: Rerun) -> None:
+    """The sensitivity its recordings, which may be any, and the diagram of the rules these."""
     path = finished / "config/sensitivity.yaml"
     text = path.read_text(encoding="utf-8").replace("planes: [scapular]", "planes: [lifting_5kg]")
     path.write_text(text, encoding="utf-8")
-    command = ["snakemake", "--dry-run", "--", "results/sensitivity/par2/healthy/base.npz"]
-    planned = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=False)
-    assert planned.returncode == 0, planned.stderr
-    assert "participant par2, lifting_5kg" in planned.stdout
-
-
-def test_diagram_of_the_rules_follows_them(finished: Path) -> None:
     diagram = finished / "results/dag.mmd"
     diagram.touch()
     rules = finished / "workflow/rules/bench.smk"
-    command = ["snakemake", "--workflow-profile", PROFILE, "--dry-run", "--", "results/dag.mmd"]
     os.utime(rules, (diagram.stat().st_mtime + 60,) * 2)
-    planned = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=True)
+    command = ["snakemake", "--workflow-profile", PROFILE, "--dry-run", "--"]
+    command += ["results/sensitivity/par2/healthy/base.npz", "results/dag.mmd"]
+    planned = subprocess.run(command, cwd=finished, capture_output=True, text=True, check=False)
+    assert planned.returncode == 0, planned.stderr
+    assert "participant par2, lifting_5kg" in planned.stdout
     assert "Diagram of the rules" in planned.stdout
 
 
-def test_prediction_weight_reruns_predictions(finished: Path, rerun: Rerun) -> None:
+def test_prediction_weight_reruns_predictions_and_the_diagnosis(
+    finished: Path, rerun: Rerun
+) -> None:
     edit(finished, lambda config: config["weights"]["prediction"].update(activation=1.5))
     made = rerun()
     solutions = {f"results/prediction/{p}/{c}.npz" for p in STUDY["participants"] for c in PREDICT}
     assert solutions < made
     assert all(name.startswith(("results/prediction/", "results/gap/")) for name in made)
+    assert made > OF_GAP
 
 
 def test_condition_reruns_itself_and_the_tables(finished: Path, rerun: Rerun) -> None:
+    """A condition that no diagnosis reads."""
     edit(finished, lambda config: config["prediction"]["conditions"]["cuff_w4"].update(w_gh=5))
     made = rerun()
     assert "results/prediction/summary.csv" in made
     assert {name for name in made if name.endswith(".npz")} == {
         f"results/prediction/{participant}/cuff_w4.npz" for participant in STUDY["participants"]
     }
+    assert not diagnosed(made)
 
 
 def test_recording_reruns_its_participant(finished: Path, rerun: Rerun) -> None:
@@ -143,12 +148,15 @@ def test_recording_reruns_its_participant(finished: Path, rerun: Rerun) -> None:
     assert not [name for name in made if "par1" in name or "equations" in name]
 
 
-def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -> None:
+def test_calibration_bound_leaves_tracking_and_the_diagnosis_alone(
+    finished: Path, rerun: Rerun
+) -> None:
     edit(finished, lambda config: config["calibration"].update(force_bounds=[0.6, 1.4]))
     made = rerun()
     assert "results/calibration/par2_scalers.json" in made
     assert not [name for name in made if "/tracking/" in name or "/emg/" in name]
     assert not [name for name in made if "drinking_generic" in name]
+    assert not diagnosed(made)
 
 
 @pytest.mark.parametrize(
@@ -156,61 +164,61 @@ def test_calibration_bound_leaves_tracking_alone(finished: Path, rerun: Rerun) -
     [
         ("model", "masses", "published"),
         ("geometry", "margin_deg", 12),
-        ("weights.prediction", "activation", 1.5),
         ("prediction.conditions.healthy", "w_gh", 3),
     ],
 )
 def test_whatever_a_diagnosis_reads_reruns_it(
-    finished: Path, rerun: Rerun, section: str | None, key: str, value: object
+    finished: Path, rerun: Rerun, section: str, key: str, value: object
 ) -> None:
+    """As weights of predictions do, above."""
     edit(finished, lambda config: part_of(config, section).update({key: value}))
-    made = rerun()
-    assert {GAP, "results/gap/par1/config.yaml"} < made
+    assert rerun() > OF_GAP
 
 
 def test_settings_of_diagnoses_rerun_them_alone(finished: Path, rerun: Rerun) -> None:
     path = finished / "config/gap/settings.yaml"
     path.write_text(path.read_text(encoding="utf-8").replace("short_list: 6", "short_list: 2"))
-    assert rerun() == {GAP, "results/gap/par1/report.html", "results/gap/par1/config.yaml"}
+    assert rerun() == OF_GAP | {"results/gap/par1/report.html"}
 
 
-@pytest.mark.parametrize(
-    ("section", "key", "value"),
-    [
-        ("weights.tracking", "activation", 1.5),
-        ("geometry", "poses", 2000),
-        ("calibration", "force_bounds", [0.6, 1.4]),
-        ("prediction.conditions.cuff_w4", "w_gh", 5),
-    ],
-)
-def test_what_a_diagnosis_does_not_read_leaves_it_alone(
-    finished: Path, rerun: Rerun, section: str, key: str, value: object
-) -> None:
-    edit(finished, lambda config: part_of(config, section).update({key: value}))
+def test_what_a_diagnosis_does_not_read_leaves_it_alone(finished: Path, rerun: Rerun) -> None:
+    """As calibration and another condition do, above. Of these changes none may reach it."""
+    edit(finished, lambda config: config["weights"]["tracking"].update(activation=1.5))
+    edit(finished, lambda config: config["geometry"].update(poses=2000))
     made = rerun()
-    assert made
-    assert not [name for name in made if name.startswith("results/gap/")]
+    assert [name for name in made if "/tracking/" in name]
+    assert [name for name in made if "/muscle_geometry/" in name]
+    assert not diagnosed(made)
 
 
 def test_malformed_participant_is_refused_with_file_and_key(finished: Path, rerun: Rerun) -> None:
-    """Before anything is planned; other participants than those of the study do not matter."""
-    for participant, refused in (("par3", False), ("par2", True)):
-        path = finished / "config/participants" / participant / "participant.yaml"
-        path.write_text(path.read_text(encoding="utf-8").replace("trials:", "trails:"))
-        result = subprocess.run(
-            ["snakemake", "--dry-run", "--quiet", "--", *TARGETS],
-            cwd=finished,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            check=False,
-        )
-        assert (result.returncode != 0) == refused, result.stdout
-        assert not refused or "config/participants/par2/participant.yaml, top" in result.stdout
+    """Before anything is planned."""
+    malform(finished, "par2")
+    result = subprocess.run(
+        ["snakemake", "--dry-run", "--quiet", "--", *TARGETS],
+        cwd=finished,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert result.returncode != 0, result.stdout
+    assert "config/participants/par2/participant.yaml, top" in result.stdout
 
 
-def part_of(config: dict, section: str | None) -> dict:
+def malform(study: Path, participant: str) -> None:
+    """Misspell a key in the file of a participant."""
+    path = study / "config/participants" / participant / "participant.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace("trials:", "trails:"))
+
+
+def diagnosed(made: set[str]) -> list[str]:
+    """Files that belong to the diagnosis."""
+    return [name for name in made if name.startswith("results/gap/")]
+
+
+def part_of(config: dict, section: str) -> dict:
     """A section of a configuration by its dotted name."""
-    for name in section.split(".") if section else ():
+    for name in section.split("."):
         config = config[name]
     return config

@@ -1,5 +1,6 @@
 """Chapters beyond tracking: calibration, validation and prediction, from a synthetic study."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,9 +55,13 @@ FIELDS = {"static_postures": "postures", "held_girdle": "held"}
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
-    """Three planes of par2 with everything; the cuff-limited solve at weight 2 failed."""
-    folder = tmp_path_factory.mktemp("study")
-    runs = [synthetic_study.solution("par2", plane, "quaternion") for plane in PLANES]
+    """Three planes of par2 with everything."""
+    return written(tmp_path_factory.mktemp("study"), PLANES)
+
+
+def written(folder: Path, planes: Sequence[str]) -> ReportFiles:
+    """Planes of par2 with everything; the cuff-limited solve at weight 2 failed."""
+    runs = [synthetic_study.solution("par2", plane, "quaternion") for plane in planes]
     coordination = synthetic_coordination.write_coordination(folder, runs, failed=("cuff_w2",))
     return replace(synthetic_study.write_study(folder, runs), coordination=coordination)
 
@@ -86,8 +91,12 @@ def html(files: ReportFiles) -> str:
 
 
 @pytest.fixture(scope="module")
-def html_of_tables(files: ReportFiles, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The whole report with committed tables, and a daily task against its recording."""
+def html_of_tables(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The whole report with committed tables, and a daily task against its recording.
+
+    They are about no plane, and one is drawn sooner than three.
+    """
+    files = written(tmp_path_factory.mktemp("one_plane"), PLANES[:1])
     row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
     row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
     row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4, "apart_tilt_rmse_deg": 11.0}

@@ -30,6 +30,8 @@ from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, s
 
 pytestmark = pytest.mark.unit
 
+DOUBT = "no reference trials: errors of the model itself lower all confidence"
+
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
@@ -56,6 +58,21 @@ def study(files: ReportFiles) -> Study:
 def html(files: ReportFiles) -> str:
     """The report of it."""
     return render_report(files)
+
+
+@pytest.fixture(scope="module")
+def html_of_one(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The report of one solve and one diagnosis.
+
+    From the answer that the command writes, not from its Python objects.
+    """
+    folder = tmp_path_factory.mktemp("one")
+    files = synthetic_study.write_study(
+        folder, [synthetic_study.solution("par1", "sagittal", "quaternion")]
+    )
+    path = folder / "result.json"
+    path.write_text(to_json(finished_diagnosis(warnings=(DOUBT,), hashes=HASHES)), encoding="utf-8")
+    return render_report(replace(files, diagnoses=[path]))
 
 
 def section(html: str, plane: str) -> str:
@@ -110,11 +127,9 @@ def test_case_that_is_not_solved_is_said_to_be_missing(tmp_path: Path) -> None:
     assert finding.figure is None
 
 
-def test_study_of_one_solve_is_rendered(tmp_path: Path) -> None:
-    runs = [synthetic_study.solution("par1", "sagittal", "quaternion")]
-    html = render_report(synthetic_study.write_study(tmp_path, runs))
-    assert "Participant par1, sagittal plane" in html
-    assert "did not converge" not in html
+def test_study_of_one_solve_is_rendered(html_of_one: str) -> None:
+    assert "Participant par1, sagittal plane" in html_of_one
+    assert "did not converge" not in html_of_one
 
 
 def test_solution_and_summary_must_belong_together(files: ReportFiles) -> None:
@@ -244,18 +259,13 @@ def test_branch_is_the_one_of_the_reference() -> None:
     np.testing.assert_allclose(near, [[10.0], [190.0]])
 
 
-def test_diagnosis_becomes_a_chapter_with_its_doubts(files: ReportFiles, tmp_path: Path) -> None:
-    """From the answer that the command writes, not from its Python objects."""
-    path = tmp_path / "result.json"
-    doubt = "no reference trials: errors of the model itself lower all confidence"
-    path.write_text(to_json(finished_diagnosis(warnings=(doubt,), hashes=HASHES)), encoding="utf-8")
-    html = render_report(replace(files, diagnoses=[path]))
-    chapter = html.split('<h2 id="gap">')[1].split("<h2")[0]
+def test_diagnosis_becomes_a_chapter_with_its_doubts(html_of_one: str) -> None:
+    chapter = html_of_one.split('<h2 id="gap">')[1].split("<h2")[0]
     assert "yes: 7.2 (4.1)" in chapter
     assert "body/strength_loss/infra (probability 71 %): f0_factor 0.55 [0.45, 0.66]" in chapter
     assert "GH_rz at 35 to 88 %" in chapter
     assert "in sample: 86 %; on a new movement: none to remove" in chapter
-    assert doubt in chapter
+    assert DOUBT in chapter
     assert "No blind cases have been scored" in chapter
     assert "Cases of known cause were not run" in chapter
 

@@ -196,6 +196,32 @@ rule score_blind_answers:
         " --out {output.scores} --jobs {threads} > {log.python} 2>&1"
 
 
+# What limits the answers: the same inference without noise, and on what it predicts itself. Asked of
+# cases that are scored, whose keys are open.
+rule tell_limits:
+    input:
+        cases=rules.draw_blind_cases.output.cases,
+        scores=rules.score_blind_answers.output.scores,
+    output:
+        limits="results/gap/{benchmark}/limits.csv",
+    log:
+        python="results/logs/tell_limits/{benchmark}.python.log",
+    benchmark:
+        "results/benchmarks/tell_limits/{benchmark}.jsonl"
+    params:
+        vault=os.path.expanduser(BLIND.keys),
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=120,
+    message:
+        "Blind cases ({wildcards.benchmark}): what limits the answers"
+    shell:
+        "keys=$(ls -d {params.vault}/{wildcards.benchmark}-* | tail -n 1)"
+        " && python -m scapulohumeral.gap.cli gap blind limits --cases {input.cases}"
+        " --keys $keys --out {output.limits} > {log.python} 2>&1"
+
+
 # Fit the weights of evidence to the open cases, beside those opened before, and tell what each stage
 # of the diagnosis adds. Copy the former to config/gap/calibration.json to use them, and keep what
 # they were fitted to: `scapulohumeral gap calibrate results/gap/open/draws.yaml --keep`.

@@ -11,7 +11,7 @@ import pytest
 from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
-from scapulohumeral.errors import SolveError
+from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly, pipeline
 from scapulohumeral.gap.answer import _remarks_on_shrinkage
@@ -810,3 +810,10 @@ def test_a_difference_as_it_is_predicted_is_answered_with_its_effect():
     assert not nothing.present
     outside = {**key, "effects": [{**effect, "label": "unknown/far/friction"}]}
     assert limits._predicted(outside, found) is None
+
+
+def test_keys_without_noise_free_curves_are_named(tmp_path):
+    (tmp_path / "cases" / "it").mkdir(parents=True)
+    (tmp_path / "it.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(DataError, match=r"it\.json: key 'noise_free' is missing"):
+        limits.limits(tmp_path / "cases", tmp_path, Path("config.yaml"), tmp_path)

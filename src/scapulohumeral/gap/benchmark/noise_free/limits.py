@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.protocol import folder_request
@@ -85,6 +86,10 @@ def limits(cases: Path, keys: Path, config_file: Path, cache: Path) -> pd.DataFr
     ----------
     cases : folder of case folders; keys : folder of opened keys, with curves free of noise
     config_file, cache : as for the diagnosis
+
+    Raises
+    ------
+    DataError                        a key was drawn before keys held curves free of noise
     """
     rows = []
     for scored in _opened(cases, keys):
@@ -98,7 +103,10 @@ def _opened(cases: Path, keys: Path) -> list[ScoredCase]:
     """Cases whose cause shows, without answers."""
     found = []
     for folder in sorted(path for path in cases.iterdir() if path.is_dir()):
-        key = json.loads((keys / f"{folder.name}.json").read_text(encoding="utf-8"))
+        path = keys / f"{folder.name}.json"
+        key = json.loads(path.read_text(encoding="utf-8"))
+        if "noise_free" not in key:
+            raise DataError(f"{path}: key 'noise_free' is missing; draw the cases from their seed.")
         scored = ScoredCase(folder, folder, key, None, 0.0)
         if key["mode"]["reference"] and scored.status in KINDS:
             found.append(scored)

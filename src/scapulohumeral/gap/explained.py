@@ -12,12 +12,11 @@ Letters: D coefficients, P parameters, T tasks, L test trials.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import multivariate_normal
 
 from scapulohumeral.gap.curve_files import ControlsRow, LeftOutRow
 from scapulohumeral.gap.isolation.channel_gains import (
@@ -27,6 +26,7 @@ from scapulohumeral.gap.isolation.channel_gains import (
 )
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.isolation.laplace import no_gap_evidence
 from scapulohumeral.gap.isolation.model_error import SignatureError, change_error
 from scapulohumeral.gap.isolation.movement import expected_movement_left, predicted_movement
 from scapulohumeral.gap.labels import MOVED
@@ -330,7 +330,7 @@ def _expected(
         drawn.append(_shares_of_more(parts, remains, rng))
         log_density.append(
             sum(
-                multivariate_normal.logpdf(part.delta - predicted, cov=covariance)
+                no_gap_evidence(replace(part, delta=part.delta - predicted, covariance=covariance))
                 for (part, predicted), covariance in zip(parts, remains, strict=True)
             )
         )

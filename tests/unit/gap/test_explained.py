@@ -1,5 +1,7 @@
 """How far a gap shrinks: what was observed, and what one more task is expected to show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -68,3 +70,16 @@ def test_errors_may_be_as_much_larger_as_the_likeliest_explanation_misses() -> N
 
 def test_a_prediction_without_errors_beyond_noise_is_expected_to_remove_almost_all() -> None:
     assert expected(1.0, rest=1.0).value > 0.95
+
+
+def test_a_channel_that_hardly_changes_takes_part_in_its_own_unit() -> None:
+    """An electrode that is off beside a joint force: variances 14 decades apart are no failure."""
+    unit = np.where(np.arange(SIZE) < SIZE // 2, 1e-5, 1e2)
+    change = np.full(SIZE, 3.0)
+    missed = change + 2.0 * np.where(np.arange(SIZE) % 2, 1.0, -1.0)
+    covariance = np.diag(unit**2)
+    part = replace(task(unit * missed), covariance=covariance, noise=covariance)
+    left = [4.0 * covariance] * 2
+    share = _expected(OBSERVED, [(part, unit * change)] * 2, left, 1.0, seed=1)
+    plain = _expected(OBSERVED, [(task(missed), change)] * 2, [4.0 * np.eye(SIZE)] * 2, 1.0, seed=1)
+    assert share.value == pytest.approx(plain.value, abs=0.03)

@@ -808,8 +808,8 @@ def test_a_difference_as_it_is_predicted_is_answered_with_its_effect():
     assert (row.present, row.first, row.right, row.left) == (True, RIGHT, True, False)
     nothing = limits._row(scored, "as_predicted", limits._of(found, 0.0 * delta), whole)
     assert not nothing.present
-    outside = {**key, "effects": [{**effect, "label": "unknown/far/friction"}]}
-    assert limits._predicted(outside, found) is None
+    for unknown in ({"label": "unknown/far/friction"}, {"parameter": None}):
+        assert limits._predicted({**key, "effects": [effect | unknown]}, found) is None
 
 
 def test_keys_without_noise_free_curves_are_named(tmp_path):

@@ -159,13 +159,16 @@ def _without_noise(
 
 
 def _predicted(key: Mapping[str, Any], evidence: Evidence) -> np.ndarray | None:
-    """Change (D,) that the injected effects are predicted to make; None outside the library."""
+    """Change (D,) that the injected effects are predicted to make.
+
+    None for an effect outside the library, or of which a key gives no single parameter.
+    """
     kept = list(evidence.known)[0 if key["person"] == YIELDS else -1]
     by_label = {one.label: one for one in evidence.known[kept]}
     change = np.zeros_like(evidence.residual.delta)
     for effect in key["effects"]:
         one = by_label.get(effect["label"])
-        if one is None:
+        if one is None or effect["parameter"] is None:
             return None
         params = one.effects[0].params
         injected = [p.name for p in params].index(effect["parameter"])

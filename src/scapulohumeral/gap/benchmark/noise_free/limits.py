@@ -22,7 +22,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.protocol import folder_request
-from scapulohumeral.gap.benchmark.scored_case import ScoredCase
+from scapulohumeral.gap.benchmark.scored_case import YIELDS, ScoredCase
 from scapulohumeral.gap.detection import null_bank
 from scapulohumeral.gap.detection.presence import surest, tested
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
@@ -36,14 +36,14 @@ from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
 from scapulohumeral.gap.run import read_case
-from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
+from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
 RECORDED, WITHOUT_NOISE = "recorded", "without_noise"
 SAME_MOVEMENT, AS_PREDICTED = "same_movement", "as_predicted"
 # Of one effect that shows, two, or an effect outside the library.
 KINDS = ("single", "pair", "unknown")
-# Who simulates persons before they give way, and the side of trials moved otherwise, in keys.
-YIELDS, OTHERWISE = "yields", "otherwise"
+# Side of a key that moved otherwise, without the cause.
+OTHERWISE = "otherwise"
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _of(evidence: Evidence, delta: np.ndarray) -> Evidence:
 
 def _row(scored: ScoredCase, name: str, evidence: Evidence, case: Case) -> LimitsRow:
     """Judge one difference."""
-    settings: GapSettings = evidence.settings
+    settings = evidence.settings
     bank, _ = null_bank.read_bank(null_bank.bank_file(settings), settings)
     kind = "reference", bool(case.channels), case.has_contact
     inflation, _ = null_bank.inflation(bank, *kind, settings.alpha)

@@ -11,7 +11,7 @@ import pytest
 from gap_files import HASHES
 from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 
-from scapulohumeral.errors import DataError, SolveError
+from scapulohumeral.errors import ConfigError, DataError, SolveError
 from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly, pipeline
 from scapulohumeral.gap.answer import _remarks_on_shrinkage
@@ -19,6 +19,7 @@ from scapulohumeral.gap.assembly import effects_of
 from scapulohumeral.gap.benchmark.noise_free import hidden_task, limits
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
+from scapulohumeral.gap.benchmark.scored_case import ScoredCase
 from scapulohumeral.gap.curve_files import LeftOutRow
 from scapulohumeral.gap.detection.size import NO_INTERVAL
 from scapulohumeral.gap.effects.base import Setup
@@ -765,6 +766,18 @@ def test_hidden_task_without_reference_is_compared_with_its_prediction(monkeypat
     """The made-up model predicts what is recorded, so that nothing is left to remove."""
     delta, _ = compared_on_a_hidden_task(monkeypatch, value, reference=False)
     np.testing.assert_allclose(delta, 0.0, atol=1e-12)
+
+
+def test_a_hidden_task_that_a_cause_leaves_as_it_is_has_no_gap_to_remove(tmp_path):
+    """Who keeps a movement may show nothing in what was recorded: no reason to refuse a score."""
+    same = {"time_s": [0.0, 0.5, 1.0], "angles_deg": np.zeros((3, 10)).tolist()}
+    key = {"hidden_task": {"test": same, "reference": same}, "mode": {"reference": True}}
+    opened = ScoredCase(tmp_path, tmp_path, key, None, 0.0)
+    nowhere = tmp_path / "no_such.yaml"
+    assert hidden_task.hidden_shrinkage(opened, {"label": RIGHT}, nowhere, tmp_path) is None
+    key["mode"]["reference"] = False
+    with pytest.raises(ConfigError, match="no_such"):
+        hidden_task.hidden_shrinkage(opened, {"label": RIGHT}, nowhere, tmp_path)
 
 
 def test_hidden_trials_and_pairs_are_read_in_their_own_order():

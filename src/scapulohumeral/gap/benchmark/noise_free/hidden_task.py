@@ -62,8 +62,8 @@ def hidden_shrinkage(
 
     Returns
     -------
-    HiddenGap | None                 None if the hidden movement cannot be solved, or the candidate
-                                     predicts nothing of it
+    HiddenGap | None                 None if the hidden movement cannot be solved, the candidate
+                                     predicts nothing of it, or it is the same with the cause
 
     Raises
     ------
@@ -72,11 +72,15 @@ def hidden_shrinkage(
     if candidate["label"] == MOVED:
         # Another movement has no shape of its own that could be carried to an unseen task.
         return None
+    sides = scored.key["hidden_task"]
+    if scored.key["mode"]["reference"] and sides["test"] == sides["reference"]:
+        # Who keeps a movement may show nothing of a cause in the channels that were recorded.
+        return None
     config = read_diagnosis_config(config_file)
     settings, model_settings = read_settings(config), ModelSettings.of(config)
     case = read_case(folder_request(scored.folder, config_file, cache), config)
     test, reference = (
-        noise_free_trial(scored.key["hidden_task"][side], scored.key["channels"], "hidden", side)
+        noise_free_trial(sides[side], scored.key["channels"], "hidden", side)
         for side in ("test", "reference")
     )
     references = [reference] if case.reference else []

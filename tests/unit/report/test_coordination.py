@@ -282,6 +282,25 @@ def test_comparison_holds_every_published_rhythm(study: Study, coordination: Coo
     assert "deg by the paper" in whole[5]
 
 
+def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
+    study: Study, coordination: Coordination
+) -> None:
+    """Fibres of the plant are the model's own, and some of these are no longer the authors'."""
+    document = synthetic_coordination.calibration("par2")
+    document["groups"]["clavicular_trapezius"]["fibre"] |= {"plant": 0.99, "error": -0.192}
+    changed = replace(coordination, calibrations={"par2": document})
+    why = {row[1]: row[5] for row in comparison(study, changed).rows if row[0] == "calibration"}
+    fibre = why["scaler of optimal fibre length, clavicular trapezius"]
+    assert "a plant with 0.99" in fibre
+    assert "differs by -19 %" in fibre
+    force = why["scaler of maximum isometric force, clavicular trapezius"]
+    assert "a plant with the published scaler" in force
+    for entry in document["groups"]["clavicular_trapezius"].values():
+        del entry["plant"]
+    measured = {row[1]: row[5] for row in comparison(study, changed).rows}
+    assert measured["scaler of optimal fibre length, clavicular trapezius"].startswith("other EMG")
+
+
 def test_rhythm_table_has_published_values_in_brackets(
     coordination: Coordination, cases: Cases
 ) -> None:

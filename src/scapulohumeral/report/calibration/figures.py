@@ -172,8 +172,9 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
         "scalers",
         f"Scalers calibrated to {coordination.emg_word}, with 90 % intervals; open circles: the "
         "data do not identify this scaler. Black line: plant that made the simulated EMG (par2: "
-        "the published values). Orange: estimate of the paper's problem, in which the scalers "
-        "also pay for effort and for their distance from one. Green: published, where printed.",
+        "the published values, converted to the model's own fibres). Orange: estimate of the "
+        "paper's problem, in which the scalers also pay for effort and for their distance from "
+        "one. Green: published, where printed.",
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -122,16 +123,26 @@ def _scaler_rows(coordination: Coordination) -> Iterable[tuple[str, ...]]:
         for kind, published in kinds.items():
             entry = document["groups"][group][kind]
             low, high = entry["ci90"]
-            why = (
-                "the EMG is simulated by a plant with the published scalers, so this is the error "
-                "of the calibration"
-                if document["emg_simulated"]
-                else "other EMG, other muscle geometry"
-            )
+            why = _scaler_reason(entry, published)
             why += "" if entry["identifiable"] else "; the data do not identify this scaler"
             name = f"scaler of {KIND_NAMES[kind]}, {group.replace('_', ' ')}"
             row = _row("calibration", name, published, entry["value"], why)
             yield (*row[:3], f"{row[3]} ({low:.2f} to {high:.2f})", *row[4:])
+
+
+def _scaler_reason(entry: Mapping[str, Any], published: float) -> str:
+    """What a calibrated scaler was calibrated to."""
+    if "plant" not in entry:
+        return "other EMG, other muscle geometry"
+    if entry["plant"] == published:
+        return (
+            "the EMG is simulated by a plant with the published scaler, so this is the error of "
+            "the calibration"
+        )
+    return (
+        f"the EMG is simulated by a plant with {entry['plant']:g} (config/plant/README.md says "
+        f"why), from which the calibration differs by {100 * entry['error']:+.0f} %"
+    )
 
 
 def _validation_rows(coordination: Coordination) -> Iterable[tuple[str, ...]]:

@@ -367,14 +367,29 @@ def _fingerprints(solution: Solution) -> tuple[str, str]:
 
 
 def settings(study: Study) -> Table:
-    """Settings of the solves, which are the same for all of them unless listed with several."""
+    """Settings of the solves by stage; what differs between solves of one is listed with all."""
+    stages = {
+        "tracking": [run.solution for run in study.runs],
+        "validation": list(study.coordination.tasks.values()),
+        "prediction": [prediction.solution for prediction in study.coordination.predictions],
+    }
+    found = {stage: _settings(solves) for stage, solves in stages.items() if solves}
+    names = dict.fromkeys(name for values in found.values() for name in values)
+    rows = [
+        (name, *(", ".join(values.get(name, ())) for values in found.values())) for name in names
+    ]
+    return Table(("setting", *found), rows)
+
+
+def _settings(solutions: Sequence[Solution]) -> dict[str, list[str]]:
+    """Values of every setting, in the order in which solutions bring them."""
     found: dict[str, list[str]] = {}
-    for run in study.runs:
-        flat = dict(run.solution.header["settings"])
+    for solution in solutions:
+        flat = dict(solution.header["settings"])
         weights = flat.pop("weights")
         flat |= {f"weight {name.replace('_', ' ')}": value for name, value in weights.items()}
         for key, value in flat.items():
             known = found.setdefault(key.replace("_", " "), [])
             if str(value) not in known:
                 known.append(str(value))
-    return Table(("setting", "value"), [(key, ", ".join(v)) for key, v in found.items()])
+    return found

@@ -36,6 +36,7 @@ from scapulohumeral.report.published.comparison import (
 )
 from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
+from scapulohumeral.report.tables import settings as settings_table
 from scapulohumeral.report.validation.figures import reduction_table, task_figures
 
 pytestmark = pytest.mark.unit
@@ -299,6 +300,20 @@ def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
         del entry["plant"]
     measured = {row[1]: row[5] for row in comparison(study, changed).rows}
     assert measured["scaler of optimal fibre length, clavicular trapezius"].startswith("other EMG")
+
+
+def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> None:
+    """What predictions minimise differs from what tracking does."""
+    first = coordination.predictions[0]
+    settings = {"time_step_s": 0.04, "weights": {"strength_exponent": 1}}
+    solution = replace(first.solution, header={**first.solution.header, "settings": settings})
+    changed = replace(coordination, predictions=[replace(first, solution=solution)])
+    table = settings_table(replace(study, coordination=changed))
+    assert table.columns == ("setting", "tracking", "validation", "prediction")
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["time step s"] == ("0.04", "0.04", "0.04")
+    assert rows["weight clavicle point m"] == ("0.5", "0.5", "")
+    assert rows["weight strength exponent"] == ("", "", "1")
 
 
 def test_rhythm_table_has_published_values_in_brackets(

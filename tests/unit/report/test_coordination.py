@@ -156,6 +156,8 @@ def test_failed_prediction_is_in_no_figure_and_no_number(
     rows = coordination.judged.recording.set_index("condition")
     assert rows.loc["cuff_w2"].ur_rmse_deg.isna().all()
     assert (rows.loc["healthy"].ur_rmse_deg > 1.0).all()
+    assert not rows.loc["cuff_w2"].certified.any()
+    assert rows.drop("cuff_w2").certified.all()
 
 
 def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
@@ -216,6 +218,7 @@ def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
     assert not one("predictions: solves").holds
     assert one("predictions: solves").worse == ("par2 cuff_w2",)
     assert one("predictions: solutions with a certificate").holds
+    assert one("predictions of all variants").holds
 
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:

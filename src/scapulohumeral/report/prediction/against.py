@@ -46,7 +46,7 @@ from scapulohumeral.quantities.segment_angles import (
 from scapulohumeral.report.published import paper
 
 # Column names are those of the tables that predictions are judged by.
-STOP_MOMENT = "stop_moment_median_Nm"
+STOP_MOMENT, CERTIFIED = "stop_moment_median_Nm", "certified"
 HEALTHY, CUFF = "healthy", "cuff_w10"
 # The healthy shoulder at the weight of the cuff-limited one: falls from it are those of the cuff.
 EQUAL_WEIGHT = "healthy_w10"
@@ -79,6 +79,12 @@ class Predicted:
     def solved(self) -> bool:
         """Whether the solver arrived."""
         return self.summary["status"] == "optimal"
+
+    @property
+    def certified(self) -> bool:
+        """Whether it is shown to be a strict local minimum; nothing is shown of a failed solve."""
+        proof = self.summary["certificate"]
+        return proof is not None and bool(proof["holds"])
 
 
 def read_predictions(solutions: Sequence[Path], summaries: Sequence[Path]) -> list[Predicted]:
@@ -118,7 +124,7 @@ def against_recording(
     for one in predictions:
         participant = one.summary["participant"]
         for plane, (first, stop) in one.summary["planes"].items():
-            row = {"plane": plane, **one.names}
+            row = {"plane": plane, **one.names, CERTIFIED: one.certified}
             if one.solved:
                 pose = one.solution.pose[first:stop]
                 found = recording_distance(pose, tracked[participant][plane], plane, rest_below_deg)

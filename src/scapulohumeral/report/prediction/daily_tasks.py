@@ -27,9 +27,14 @@ from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
 from scapulohumeral.quantities.recordings_apart import Apart, recordings_apart
-from scapulohumeral.report.prediction.against import STOP_MOMENT, Predicted, read_predictions
+from scapulohumeral.report.prediction.against import (
+    CERTIFIED,
+    STOP_MOMENT,
+    Predicted,
+    read_predictions,
+)
 
-CERTIFIED, OUTSIDE = "certified", "outside_fit_share"
+OUTSIDE = "outside_fit_share"
 # Angles of the girdle, by column; with a prefix those of the tracked motion, or of the recordings.
 ANGLES = {
     "ur_rmse_deg": "upward rotation",
@@ -91,7 +96,7 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
             followed = asdict(task_distance(recorded.pose, recorded.reference_pose))
             row |= {f"{TRACKED}{column}": followed[column] for column in ANGLES}
             row |= asdict(task_distance(pose, same.reference_pose)) | {
-                CERTIFIED: one.summary["certificate"]["holds"],
+                CERTIFIED: one.certified,
                 OUTSIDE: float(outside.mean()),
                 STOP_MOMENT: one.summary[STOP_MOMENT],
             }

@@ -22,6 +22,8 @@ NOTHING = "no prediction"
 RHYTHM_CELLS = 24
 # Variant of the configuration that differs from the study in the arm it follows only.
 SAME_MODEL_ON_PUBLISHED_ARM = "study_arm"
+# Variants on the published arm, by the names of the limits.
+ON_PUBLISHED_ARM = {"study": SAME_MODEL_ON_PUBLISHED_ARM, "published": "published"}
 
 
 def prediction_verdicts(judged: Judged) -> list[Verdict]:
@@ -32,6 +34,7 @@ def prediction_verdicts(judged: Judged) -> list[Verdict]:
         *published_verdicts(judged.targets["against_published"], judged.published),
         *force_verdicts(judged.targets["joint_force"], judged.recording),
         *cuff_effects(judged.targets["cuff_effect"], judged.published),
+        uncertified_solves(judged.targets["solves"], judged.recording),
     ]
 
 
@@ -122,7 +125,7 @@ def force_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[V
 
 def cuff_effects(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
     """What losing the cuff does at one weight of joint stability, stated with its sign."""
-    for variant in (SAME_MODEL_ON_PUBLISHED_ARM, "published"):
+    for variant in map(ON_PUBLISHED_ARM.__getitem__, limits["variants"]):
         for healthy, cuff in limits["pairs"]:
             name = f"{variant}: fall of upward rotation at 70 deg, {cuff} against {healthy}"
             kind = "fall_deg" if healthy == "healthy" else "fall_equal_weight_deg"
@@ -134,6 +137,20 @@ def cuff_effects(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Ver
             pairs = zip(part.plane, part.reproduced, strict=True)
             words = ", ".join(f"{plane} {value:+.1f}" for plane, value in pairs)
             yield Verdict(name, f"{words} deg", "stated", holds=True)
+
+
+def uncertified_solves(limits: Mapping[str, Any], table: pd.DataFrame) -> Verdict:
+    """Converged predictions of all variants that are not shown to be a strict local minimum."""
+    name = "predictions of all variants: converged without a certificate"
+    target = f"≤ {limits['uncertified']:g}"
+    solved = _of(table, status="optimal")
+    if solved.empty:
+        return Verdict(name, NOTHING, target, holds=False)
+    solves = solved.drop_duplicates(["variant", "participant", "condition"])
+    missed = solves[~solves.certified.astype(bool)]
+    worse = tuple(f"{row.variant} {row.participant} {row.condition}" for row in missed.itertuples())
+    value = f"{len(worse)} of {len(solves)}"
+    return Verdict(name, value, target, len(worse) <= limits["uncertified"], worse)
 
 
 def participants_table(judged: Judged) -> Table:

@@ -19,6 +19,7 @@ from scapulohumeral.report.prediction.targets import (
     recording_verdicts,
     task_table,
     task_verdicts,
+    uncertified_solves,
 )
 
 pytestmark = pytest.mark.unit
@@ -41,7 +42,7 @@ def recording(**changes: float) -> pd.DataFrame:
         for plane in PLANES:
             row = {
                 "participant": participant, "plane": plane, "condition": "healthy",
-                "variant": "study", "arm": "own", "status": "optimal", **GOOD,
+                "variant": "study", "arm": "own", "status": "optimal", "certified": True, **GOOD,
             }  # fmt: skip
             changed = (participant, plane) == ("par2", "sagittal")
             rows.append(row | (changes if changed else {}))
@@ -182,6 +183,22 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
     assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
     assert all(verdict.holds for verdict in stated)
     assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1
+    one = {**TARGETS["cuff_effect"], "variants": ["published"]}
+    assert len(list(cuff_effects(one, pd.DataFrame(rows)))) == 2
+
+
+def test_solves_of_every_variant_need_a_certificate():
+    limits, table = TARGETS["solves"], recording()
+    both = pd.concat([table, table.assign(variant="published", arm="published")])
+    assert uncertified_solves(limits, both).value == "0 of 6"
+    theirs = (both.variant == "published") & (both.participant == "par2")
+    verdict = uncertified_solves(limits, both.assign(certified=~theirs))
+    assert not verdict.holds
+    assert verdict.worse == ("published par2 healthy",)
+    # Without a solution there is nothing to certify, and its own limits are missed.
+    gone = both.assign(certified=~theirs, status=theirs.map({True: "failed", False: "optimal"}))
+    assert uncertified_solves(limits, gone).holds
+    assert not uncertified_solves(limits, pd.DataFrame()).holds
 
 
 def test_poses_outside_the_fit_pass_where_opensim_agrees():

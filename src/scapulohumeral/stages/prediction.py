@@ -223,9 +223,16 @@ def solve_prediction(
 ) -> None:
     """Predict one condition; write solution and summary with its certificate.
 
-    A solve that fails is written too, sealed by its status.
+    A solve that fails is written too, sealed by its status; so is one whose arm has no solution.
     """
-    scene = _scene(condition, files, settings)
+    scene = _scene(condition, files, settings, allow_failed=True)
+    failed = _failed_tracking(files, settings)
+    if failed:
+        posed = scene.posed(condition.capacity)
+        result = _unsolved(posed, scene.composite, f"tracking of {', '.join(failed)} failed")
+        solver_log.write_text(result.message + "\n", encoding="utf-8")
+        _write(scene, files, posed, result, solution, "")
+        return
     seconds, iterations, progress = 0.0, 0, ""
     for way in _ways(scene, files):
         start = way.start
@@ -241,6 +248,28 @@ def solve_prediction(
     solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
     _write(scene, files, posed, result, solution, way.name)
+
+
+def _failed_tracking(files: PredictionFiles, settings: PredictionSettings) -> list[str]:
+    """Tracked motions whose solve failed, if the prediction would follow their arm."""
+    if settings.choices.arm != "own":
+        return []
+    tracked = [read_solution(path, allow_failed=True) for path in files.tracked]
+    return [motion.header["trial"] for motion in tracked if not motion.optimal]
+
+
+def _unsolved(posed: PosedProblem, composite: Composite, reason: str) -> Result:
+    """Result of a problem that nothing was tried on, at the motion that it would start from."""
+    return Result(
+        point=Start(posed.layout().join(composite.trajectory)),
+        optimal=False,
+        message=reason,
+        objective=float("nan"),
+        constraint_violation=float("nan"),
+        iterations=0,
+        seconds=0.0,
+        history=[],
+    )
 
 
 def posing(
@@ -270,10 +299,16 @@ def girdle_held(
     return free, lambda share: replace(scene.posed(condition.capacity, share), bounds=free.bounds)
 
 
-def _scene(condition: Condition, files: PredictionFiles, settings: PredictionSettings) -> _Scene:
+def _scene(
+    condition: Condition,
+    files: PredictionFiles,
+    settings: PredictionSettings,
+    allow_failed: bool = False,
+) -> _Scene:
+    """Model, muscles and motion of a prediction; `allow_failed` as in :func:`read_solution`."""
     model = load_model(files.model)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
-    composite, load = _followed(model, muscles, files, settings)
+    composite, load = _followed(model, muscles, files, settings, allow_failed)
     return _Scene(model, composite, muscles, condition, settings, load)
 
 
@@ -282,11 +317,14 @@ def _followed(
     muscles: MuscleParameters,
     files: PredictionFiles,
     settings: PredictionSettings,
+    allow_failed: bool,
 ) -> tuple[Composite, float]:
     """The arm motion that is followed, a start near it, and what the hand holds [kg]."""
-    step = settings.solve.time_step_s
-    motions = [on_mesh(read_solution(path), step) for path in files.tracked]
-    if settings.choices.arm == "own":
+    step, own = settings.solve.time_step_s, settings.choices.arm == "own"
+    # On another arm only what was recorded is taken from tracking.
+    tracked = [read_solution(path, allow_failed or not own) for path in files.tracked]
+    motions = [on_mesh(motion, step) for motion in tracked]
+    if own:
         composite = compose(motions, step, settings.pause_s)
         return composite, held_load(files.model, composite.nodes)
     if files.arm is None:

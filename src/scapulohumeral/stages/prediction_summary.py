@@ -52,7 +52,8 @@ def summarise_predictions(
     phases: list[dict[str, Any]] = []
     motions: list[_Motion] = []
     for path in tracked:
-        known = read_solution(path)
+        # What was recorded stands in a failed solve too.
+        known = read_solution(path, allow_failed=True)
         case = PredictionCase(known.header["participant"], RECORDED, np.nan, np.nan)
         motions.append(_Motion(case, known.header["trial"], known.reference_pose))
     for path, record in zip(solutions, summaries, strict=True):

@@ -160,6 +160,13 @@ def test_failed_prediction_is_in_no_figure_and_no_number(
     assert rows.drop("cuff_w2").certified.all()
 
 
+def test_recording_whose_tracking_failed_is_compared_with(tmp_path: Path) -> None:
+    runs = [synthetic_study.solution("par2", "frontal", "quaternion", "failed")]
+    files = synthetic_coordination.write_coordination(tmp_path, runs, tasks=False)
+    assert "recorded" in set(pd.read_csv(files.rhythm[0]).condition)
+    assert pd.read_csv(files.against_recording[0]).ur_rmse_deg.notna().all()
+
+
 def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     figure = prediction_kinematics(cases)
     for label in ("predicted, healthy", "predicted, cuff-limited", "published, healthy"):

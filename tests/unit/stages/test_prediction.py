@@ -1,5 +1,6 @@
 """Predicted shoulders: limited muscles, what is refused, and the way from a neighbour."""
 
+import json
 import shutil
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,10 +15,10 @@ from synthetic_study import solution
 
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.ocp.objective import Trajectory
-from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.problems.chosen_problem import chosen_bounds
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.model_files import ModelFiles
@@ -32,6 +33,7 @@ from scapulohumeral.stages.prediction import (
     _ways,
     limit_capacity,
     posing,
+    solve_prediction,
 )
 from scapulohumeral.stages.tracking import held_load
 
@@ -120,7 +122,7 @@ def test_start_on_the_published_arm_carries_what_the_hand_holds(
     file.write_text(file.read_text().replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"))
     tracked = [tmp_path / f"{plane}.npz" for plane in PUBLISHED_PLANES]
     for path in tracked:
-        write_solution(solution("par2", path.stem, "quaternion"), path)
+        write_solution(solution("par2", path.stem, "quaternion", "failed"), path)
     started = []
     monkeypatch.setattr(prediction, "load_model", lambda _: small_model(quaternion_equations))
     monkeypatch.setattr(
@@ -133,6 +135,32 @@ def test_start_on_the_published_arm_carries_what_the_hand_holds(
     (at_start,) = started
     for parameters in (at_start, posed_for(small_muscles()).parameters):
         assert unpack(parameters)["mass_load"] == 1.5
+
+
+def test_prediction_on_an_arm_without_a_solution_is_written_as_failed(
+    quaternion_equations, tmp_path, monkeypatch
+):
+    tracked = [tmp_path / "frontal.npz", tmp_path / "sagittal.npz"]
+    for path, status in zip(tracked, ("optimal", "failed"), strict=True):
+        motion = solution("par2", path.stem, "quaternion", status)
+        small = {
+            name: getattr(motion, name)[:, : len(NAMES)] for name in ("activation", "excitation")
+        }
+        write_solution(replace(motion, **small), path)
+    monkeypatch.setattr(prediction, "load_model", lambda _: small_model(quaternion_equations))
+    monkeypatch.setattr(prediction, "hashes", lambda *_: {})
+    participant = REPOSITORY / "config" / "participants" / "par2" / "participant.yaml"
+    unread = Path("unread")
+    files = PredictionFiles(ModelFiles(participant, *[unread] * 4), unread, None, tracked)
+    written = tmp_path / "healthy.npz", tmp_path / "healthy.json"
+    solve_prediction(HEALTHY, files, SETTINGS, written, tmp_path / "solver.log")
+    with pytest.raises(SolveError, match="tracking of sagittal failed"):
+        read_solution(written[0])
+    about = json.loads(written[1].read_text(encoding="utf-8"))
+    assert (about["status"], about["certificate"], about["iterations"]) == ("failed", None, 0)
+    assert list(about["planes"]) == ["frontal", "sagittal"]
+    with pytest.raises(SolveError, match="this solve failed"):
+        posing(HEALTHY, files, SETTINGS)
 
 
 def capacities(problems) -> list[float]:

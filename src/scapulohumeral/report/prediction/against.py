@@ -299,7 +299,8 @@ def distances_to_recordings(files: AgainstFiles, region: Region) -> pd.DataFrame
     people = {path.parent.name: path for path in files.participants}
     tracked: dict[str, dict[str, np.ndarray]] = {}
     for path in files.tracked:
-        solution = read_solution(path)
+        # What was recorded stands in a failed solve too.
+        solution = read_solution(path, allow_failed=True)
         own = tracked.setdefault(solution.header["participant"], {})
         own[solution.header["trial"]] = solution.reference_pose
     targets = yaml.safe_load(files.targets.read_text(encoding="utf-8"))

@@ -79,7 +79,8 @@ def task_distances(files: TaskFiles, region: Region) -> pd.DataFrame:
     elevated = {name: elevation_poses(person) for name, person in people.items()}
     tracked: dict[tuple[str, ...], Solution] = {
         (one.header["participant"], one.header["trial"]): one
-        for one in map(read_solution, files.tracked)
+        # What was recorded stands in a failed solve too; no prediction that follows it is solved.
+        for one in (read_solution(path, allow_failed=True) for path in files.tracked)
     }
     rows = []
     for one in read_predictions(files.solutions, files.summaries):

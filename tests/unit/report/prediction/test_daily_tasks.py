@@ -51,7 +51,8 @@ def files(folder: Path, turned_deg: dict[str, float], failed: str = "") -> TaskF
         paths["tracked"].append(folder / f"{task}_tracked.npz")
         half = pose_to_trial(recorded)
         half[:, 4] += np.deg2rad(turn) / 2.0
-        tracked = replace(like, pose=trial_to_pose(half), reference_pose=recorded)
+        about = {**like.header, "status": header["status"]}
+        tracked = replace(like, header=about, pose=trial_to_pose(half), reference_pose=recorded)
         write_solution(tracked, paths["tracked"][-1])
         paths["solutions"].append(folder / f"{task}.npz")
         predicted = replace(like, header=header, pose=trial_to_pose(angles))

@@ -24,7 +24,7 @@ from scapulohumeral.report.coordination_targets import (
 )
 from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS
-from scapulohumeral.report.prediction.figures import prediction_kinematics
+from scapulohumeral.report.prediction.figures import condition_label, prediction_kinematics
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import sweep_figure
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
@@ -172,6 +172,15 @@ def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     for label in ("predicted, healthy", "predicted, cuff-limited", "published, healthy"):
         assert f">{label}</text>" in figure.svg
     assert "doi:10.5281" in figure.caption
+
+
+def test_shoulders_of_another_weight_have_another_label(cases: Cases) -> None:
+    healthy = cases.healthy
+    header = healthy.solution.header
+    heavy = {**header, "condition": {**header["condition"], "w_gh": 10.0}}
+    other = replace(healthy, solution=replace(healthy.solution, header=heavy))
+    assert condition_label(healthy) == "healthy, calibrated muscles, w_GH 2"
+    assert condition_label(other) == "healthy, calibrated muscles, w_GH 10"
 
 
 def test_healthy_without_solution_has_no_figures(cases: Cases) -> None:

@@ -58,13 +58,12 @@ class Curves:
 def condition_label(prediction: Prediction) -> str:
     """A condition in words."""
     condition = prediction.condition
+    weight = f"w_GH {condition.w_gh:g}"
     if not prediction.limited:
         stiffness = condition.girdle_stiffness_Nm_per_rad
         joints = "" if stiffness is None else f", girdle joints at {stiffness:g} N m/rad"
-        return f"healthy, {condition.parameters} muscles{joints}"
-    return (
-        f"{muscle_names(prediction)} at {100 * condition.capacity:.0f} %, w_GH {condition.w_gh:g}"
-    )
+        return f"healthy, {condition.parameters} muscles{joints}, {weight}"
+    return f"{muscle_names(prediction)} at {100 * condition.capacity:.0f} %, {weight}"
 
 
 def muscle_names(prediction: Prediction) -> str:

@@ -12,7 +12,7 @@ rule benchmark_solver:
         thorax="results/models/par2_thorax.json",
         geometry="results/muscle_geometry/par2/quaternion.npz",
         equations="results/equations/quaternion",
-        code=code_of("scapulohumeral.stages.benchmark"),
+        code=code_of("scapulohumeral.stages.benchmark", "_files"),
     output:
         record="results/bench/solver.json",
     log:
@@ -48,6 +48,7 @@ rule benchmark_peer:
             "scapulohumeral.stages.peers.limited",
             "scapulohumeral.stages.peers.opty_alone",
             "scapulohumeral.stages.tracking",
+            "_files",
         ),
     output:
         record="results/bench/peers/{peer}.json",

@@ -16,7 +16,7 @@ rule calibrate:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         envelopes=elevation_envelopes,
-        code=code_of("scapulohumeral.stages.calibration"),
+        code=code_of("scapulohumeral.stages.calibration", "_files"),
     output:
         scalers="results/calibration/{participant}_scalers.json",
         solution="results/calibration/{participant}_paper.npz",
@@ -77,7 +77,7 @@ rule solve_validation:
         recording=recording,
         channels="config/emg/channels.csv",
         calibration=validation_muscles,
-        code=code_of("scapulohumeral.stages.validation"),
+        code=code_of("scapulohumeral.stages.validation", "_files"),
     output:
         solution="results/validation/{participant}/{trial}_{muscles}.npz",
         summary="results/validation/{participant}/{trial}_{muscles}.summary.json",

@@ -37,6 +37,7 @@ MODEL_TABLES = [
     for path in provenance.files_below(Path("config/model"))
     if path.suffix in (".csv", ".yaml")
 ]
+SCRIPTS = Path("workflow/scripts").resolve()
 MUSCLES = ("generic", "calibrated")
 # The condition of static postures and of daily tasks.
 HEALTHY = "healthy"
@@ -45,8 +46,13 @@ STUDY = planned(config, PARTICIPANTS)
 
 
 def code_of(*modules):
-    """Source files of modules of the package, as an input: a change in one of them reruns."""
-    files = {path for module in modules for path in provenance.code_of(module)}
+    """Source files of modules of the package, as an input: a change in one of them reruns.
+
+    A name that begins with an underscore is that of a helper beside the scripts. `_log` alone is
+    nobody's input, because no result depends on it.
+    """
+    roots = {name: SCRIPTS if name[0] == "_" else provenance.SOURCE_ROOT for name in modules}
+    files = {path for name, root in roots.items() for path in provenance.code_of(name, root)}
     return sorted(os.path.relpath(path) for path in files)
 
 

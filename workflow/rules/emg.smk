@@ -32,7 +32,7 @@ rule simulate_elevations:
         plant="config/plant/{participant}.yaml",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.reference_plant"),
+        code=code_of("scapulohumeral.stages.reference_plant", "_files"),
     output:
         raw=expand("results/emg/{{participant}}/{plane}_raw.csv", plane=config["planes"]),
         solution="results/emg/{participant}/composite_plant.npz",
@@ -73,7 +73,7 @@ rule simulate_task:
         recording=recording,
         plant="config/plant/{participant}.yaml",
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.reference_plant"),
+        code=code_of("scapulohumeral.stages.reference_plant", "_files"),
     output:
         raw="results/emg/{participant}/{trial}_raw.csv",
         solution="results/emg/{participant}/{trial}_plant.npz",

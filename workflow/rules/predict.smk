@@ -12,7 +12,7 @@ rule solve_prediction:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.prediction"),
+        code=code_of("scapulohumeral.stages.prediction", "_prediction"),
     output:
         solution="results/prediction/{participant}/{condition}.npz",
         summary="results/prediction/{participant}/{condition}.summary.json",
@@ -53,7 +53,7 @@ rule spread_scalers:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         solution="results/prediction/{participant}/{condition}.npz",
-        code=code_of("scapulohumeral.stages.checks.scaler_spread"),
+        code=code_of("scapulohumeral.stages.checks.scaler_spread", "_prediction"),
     output:
         table="results/prediction/{participant}/{condition}_spread.csv",
     log:
@@ -116,7 +116,7 @@ rule compare_tasks:
         summaries=task_results(".summary.json"),
         tracked=paths_of(TRACKED_TASK, STUDY.predicted_tasks(), "trial"),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
-        code=code_of("scapulohumeral.report.prediction.daily_tasks"),
+        code=code_of("scapulohumeral.report.prediction.daily_tasks", "_against"),
     output:
         table="results/prediction/against_tasks.csv",
     log:

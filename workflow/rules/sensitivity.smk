@@ -34,7 +34,7 @@ use rule solve_prediction as solve_case with:
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.prediction"),
+        code=rules.solve_prediction.input.code,
     output:
         solution="results/sensitivity/{participant}/{condition}/{case}.npz",
         summary="results/sensitivity/{participant}/{condition}/{case}.summary.json",
@@ -104,7 +104,7 @@ rule solve_static_postures:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.checks.static_postures"),
+        code=code_of("scapulohumeral.stages.checks.static_postures", "_files"),
     output:
         table="results/sensitivity/{participant}_postures.csv",
     log:
@@ -148,7 +148,7 @@ rule hold_girdle:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         solution=prediction_of,
-        code=code_of("scapulohumeral.stages.checks.held_girdle"),
+        code=code_of("scapulohumeral.stages.checks.held_girdle", "_prediction"),
     output:
         table="results/sensitivity/held/{variant}/{participant}/{condition}.csv",
     log:

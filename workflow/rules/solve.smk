@@ -9,7 +9,7 @@ rule solve_tracking:
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/{formulation}.npz",
         equations="results/equations/{formulation}",
-        code=code_of("scapulohumeral.stages.tracking"),
+        code=code_of("scapulohumeral.stages.tracking", "_files"),
     output:
         solution="results/tracking/{participant}/{trial}_{formulation}.npz",
         summary="results/tracking/{participant}/{trial}_{formulation}.summary.json",

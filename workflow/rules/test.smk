@@ -30,7 +30,7 @@ rule test_solutions:
             "tests/support/recorded_tasks.py",
             "tests/support/reintegration.py",
         ],
-        code=code_of("scapulohumeral.errors", "scapulohumeral.problems.model_files"),
+        code=code_of("scapulohumeral.errors", "scapulohumeral.problems.model_files", "_results"),
     output:
         success=touch("results/solution_tests.success"),
     log:
@@ -77,7 +77,7 @@ rule test_results:
             {str(path) for path in Path("tests/results").glob("*.py")}
             - set(rules.test_solutions.input.tests)
         ),
-        code=code_of("scapulohumeral.errors", "scapulohumeral.report.targets"),
+        code=code_of("scapulohumeral.errors", "scapulohumeral.report.targets", "_results"),
     output:
         success=touch("results/tests.success"),
     log:

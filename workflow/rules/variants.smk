@@ -71,7 +71,7 @@ use rule solve_prediction as solve_variant with:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.prediction"),
+        code=rules.solve_prediction.input.code,
     output:
         solution="results/variants/{variant}/{participant}/{condition}.npz",
         summary="results/variants/{variant}/{participant}/{condition}.summary.json",
@@ -142,7 +142,7 @@ rule compare_predictions:
         ],
         targets="config/targets.yaml",
         audit="results/prediction/geometry_audit.csv",
-        code=code_of("scapulohumeral.report.prediction.against"),
+        code=code_of("scapulohumeral.report.prediction.against", "_against"),
     output:
         recording="results/prediction/against_recording.csv",
         published="results/prediction/against_published.csv",
@@ -218,6 +218,7 @@ rule tabulate_tried:
             "scapulohumeral.report.prediction.against",
             "scapulohumeral.report.prediction.daily_tasks",
             "scapulohumeral.report.prediction.tried",
+            "_against",
         ),
     output:
         table="results/variants/tried.csv",

@@ -30,7 +30,15 @@ rule test_solutions:
             "tests/support/recorded_tasks.py",
             "tests/support/reintegration.py",
         ],
-        code=code_of("scapulohumeral.errors", "scapulohumeral.problems.model_files", "_results"),
+        code=code_of(
+            "scapulohumeral.errors",
+            "scapulohumeral.ocp.solution",
+            "scapulohumeral.problems.model_files",
+            "simulated_persons.drawing.study",
+            "simulated_persons.drawing.trials",
+            "simulated_persons.plan",
+            "_results",
+        ),
     output:
         success=touch("results/solution_tests.success"),
     log:
@@ -77,7 +85,12 @@ rule test_results:
             {str(path) for path in Path("tests/results").glob("*.py")}
             - set(rules.test_solutions.input.tests)
         ),
-        code=code_of("scapulohumeral.errors", "scapulohumeral.report.targets", "_results"),
+        code=code_of(
+            "scapulohumeral.errors",
+            "scapulohumeral.ocp.solution",
+            "scapulohumeral.report.targets",
+            "_results",
+        ),
     output:
         success=touch("results/tests.success"),
     log:

@@ -108,7 +108,7 @@ def test_intervals_of_scalers_hold_the_truth_they_are_said_to(files, repository:
     """Judged from the plant's own file; an interval that fails more often than not is none."""
     for path in _paths(files, "calibrations"):
         document = json.loads(path.read_text(encoding="utf-8"))
-        assert document["emg_simulated"] == (not _measured_trials(repository, path.stem))
+        assert document["emg_simulated"] == (not _measured_trials(files, path.stem))
         if not document["emg_simulated"]:
             assert document["scores"] is None
             continue
@@ -125,10 +125,10 @@ def test_intervals_of_scalers_hold_the_truth_they_are_said_to(files, repository:
         assert np.mean(held) > 0.5, path
 
 
-def _measured_trials(repository: Path, participant: str) -> dict[str, str]:
+def _measured_trials(files, participant: str) -> dict[str, str]:
     """Trials whose EMG was measured, by the participant's own file."""
-    folder = repository / "config" / "participants" / participant
-    document = yaml.safe_load((folder / "participant.yaml").read_text(encoding="utf-8"))
+    [own] = [path for path in _paths(files, "participants") if path.parent.name == participant]
+    document = yaml.safe_load(own.read_text(encoding="utf-8"))
     return document.get("emg", {"trials": {}})["trials"]
 
 
@@ -143,10 +143,9 @@ def test_every_channel_of_every_task_is_compared(files) -> None:
     assert {"rmse_generic", "rmse_calibrated"} <= set(table.columns)
 
 
-def test_simulated_envelopes_say_so(files, repository: Path) -> None:
+def test_simulated_envelopes_say_so(files) -> None:
     """Paths are <participant>/<trial>_envelope.csv; what was measured, the participant says."""
     for path in _paths(files, "envelopes"):
-        measured = path.stem.removesuffix("_envelope") in _measured_trials(
-            repository, path.parent.name
-        )
+        trial = path.stem.removesuffix("_envelope")
+        measured = trial in _measured_trials(files, path.parent.name)
         assert set(pd.read_csv(path).simulated) == {not measured}, path

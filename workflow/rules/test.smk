@@ -67,6 +67,7 @@ rule test_results:
             formulation=config["formulations"],
         ),
         solved="results/solution_tests.success",
+        participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
         channels="config/emg/channels.csv",
         envelopes=emg_results("results/emg/{participant}/{trial}_envelope.csv"),
         calibrations=expand(

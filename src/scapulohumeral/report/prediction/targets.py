@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.report.prediction import daily_tasks
+from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
@@ -104,23 +105,24 @@ def published_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterat
 def force_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
     """Joint force of the study's model: at rest, and against implants where the arm rises as high.
 
-    Implants were measured with arms at about 90 deg, which only the published arm reaches.
+    Implants were measured with arms at 90 deg, which only the published arm reaches.
     """
     rows = _of(table, condition=limits["condition"])
     own = _of(rows, variant=limits["variant"])
     name = "glenohumeral force at rest, healthy prediction, worst plane and participant"
     yield _at_most(name, own, "gh_force_rest_bw", limits["rest_percent_bw"], " %BW")
-    high = _of(rows, variant=SAME_MODEL_ON_PUBLISHED_ARM)
+    high, level = _of(rows, variant=SAME_MODEL_ON_PUBLISHED_ARM), FORCE_LEVELS_DEG[-1]
     for plane, (mean, sd, _) in ORTHOLOAD_BW.items():
-        name = f"peak glenohumeral force against implants, published arm, {plane} plane"
+        name = f"glenohumeral force at {level:g} deg against implants, published arm, {plane} plane"
         tolerance = limits["implants_sd"] * sd
         target = f"{mean:g} ± {tolerance:g} %BW"
         part = _of(high, plane=plane)
-        if part.empty or part.gh_force_peak_bw.isna().any():
+        if part.empty or part.status.ne("optimal").any():
             yield Verdict(name, NOTHING, target, holds=False)
             continue
-        peak = float(part.gh_force_peak_bw.iloc[0])
-        yield Verdict(name, f"{peak:.1f} %BW", target, abs(peak - mean) <= tolerance)
+        force = float(part[f"gh_force_{level:g}_bw"].iloc[0])
+        value = "arm too low" if np.isnan(force) else f"{force:.1f} %BW"
+        yield Verdict(name, value, target, abs(force - mean) <= tolerance)
 
 
 def cuff_effects(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:

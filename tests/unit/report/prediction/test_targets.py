@@ -157,11 +157,14 @@ def test_joint_force_is_judged_at_rest_and_against_implants():
     limits = TARGETS["joint_force"]
     table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
     high = table[table.participant == "par2"].assign(variant="study_arm", arm="published")
-    high = high.assign(gh_force_peak_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9])
+    # Implants were measured at 90 deg; what the arm above does is judged nowhere.
+    high = high.assign(gh_force_90_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9], gh_force_peak_bw=200.0)
     both = pd.concat([table, high])
     assert failed(force_verdicts(limits, both)) == [
-        "peak glenohumeral force against implants, published arm, frontal plane"
+        "glenohumeral force at 90 deg against implants, published arm, frontal plane"
     ]
+    low = force_verdicts(limits, pd.concat([table, high.assign(gh_force_90_bw=float("nan"))]))
+    assert [(one.value, one.holds) for one in low][1:] == [("arm too low", False)] * 2
     heavy = both.assign(gh_force_rest_bw=10.1)
     assert len(failed(force_verdicts(limits, heavy))) == 2
     assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 3

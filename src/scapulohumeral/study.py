@@ -141,8 +141,11 @@ class Study:
         return [(name, each) for name in self.participants for each in self.conditions(name)]
 
     def predicted_tasks(self) -> list[tuple[str, str]]:
-        """All pairs of participant and daily task whose arm the healthy shoulder follows."""
-        tasks = self.config["prediction"]["tasks"]
+        """All pairs of participant and daily task whose arm the healthy shoulder follows.
+
+        None where no elevation is predicted, because they are judged beside these.
+        """
+        tasks = self.config["prediction"]["tasks"] if self.predicted() else []
         return [(n, task) for n in self.participants for task in tasks if task in self.trials(n)]
 
     def spread(self) -> list[tuple[str, str]]:

@@ -83,6 +83,13 @@ def test_healthy_shoulder_follows_the_tasks_that_a_participant_has() -> None:
         study(asked("drivin"))
 
 
+def test_daily_tasks_are_predicted_beside_elevations_only() -> None:
+    def tasks_alone(config: dict) -> None:
+        config["prediction"].update(predict=[], predict_also={}, tasks=["driving"])
+
+    assert study(tasks_alone).predicted_tasks() == []
+
+
 def test_only_calibrated_predictions_get_a_spread_of_their_scalers() -> None:
     def asked(*names: str) -> Edit:
         return lambda config: config["prediction"].update(scaler_spread=list(names))

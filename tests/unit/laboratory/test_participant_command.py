@@ -95,6 +95,22 @@ def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_tables_that_convert_did_not_make_are_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Laboratories export analog signals as .csv beside the .c3d of the same name."""
+    arguments = session(tmp_path, ["reach"])
+    call = ["convert", str(tmp_path / "reach.c3d"), *arguments, "--out", str(tmp_path)]
+    analog = tmp_path / "reach.csv"
+    analog.write_text("time_s,EMG_V\n0,0\n", encoding="utf-8")
+    assert cli.main(call) == 2
+    assert "reach.csv: is there without reach.recording.json" in capsys.readouterr().err
+    assert analog.read_text(encoding="utf-8") == "time_s,EMG_V\n0,0\n"
+    analog.unlink()
+    assert cli.main(call) == 0
+    assert cli.main(call) == 0, "its own table is replaced"
+
+
 def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:
     arguments = session(tmp_path, ["static", "frontal", "reach"])
     out, people = tmp_path / "out", tmp_path / "people"

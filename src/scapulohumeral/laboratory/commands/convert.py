@@ -117,13 +117,13 @@ def _write_participant(
 
 def run(options: argparse.Namespace, command: str) -> int:
     """Convert, write, and say what was found; returns the exit code."""
-    from scapulohumeral.laboratory.convert import summary, write_outcomes, written_files
-    from scapulohumeral.laboratory.folders import check_kept, make_folder
+    from scapulohumeral.laboratory.convert import check_written, summary, write_outcomes
+    from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.laboratory.page import render_page
     from scapulohumeral.model.tables import read_tables
 
     _check_person(options)
-    check_kept((*options.recordings, options.map), written_files(options.out, options.recordings))
+    check_written(options.out, options.recordings, options.map)
     make_folder(options.out)
     tables = read_tables(options.tables)
     outcomes = _outcomes(options, tables)

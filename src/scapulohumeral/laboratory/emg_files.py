@@ -260,6 +260,11 @@ def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
     }
 
 
+def quality_path(table: Path) -> Path:
+    """The quality beside a table of envelopes."""
+    return table.with_name(f"{table.stem}_quality.json")
+
+
 def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[str, ...]:
     """Write ``STEM_emg.csv`` and its quality beside a trial table; returns the channels written.
 
@@ -275,7 +280,7 @@ def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[st
     """
     envelopes, spoilt = trial.envelopes, {} if keep_spoilt else trial.spoilt
     kept = [i for i, name in enumerate(envelopes.channels) if name not in spoilt]
-    write_quality(table.with_name(f"{table.stem}_quality.json"), trial.checks, envelopes.simulated)
+    write_quality(quality_path(table), trial.checks, envelopes.simulated)
     if not kept:
         raise DataError(
             f"{table.name}: no channel left; {describe(next(iter(spoilt.values())))}. Check "

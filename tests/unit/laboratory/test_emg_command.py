@@ -122,6 +122,28 @@ def test_a_channel_that_all_contractions_are_silent_on_is_refused(
     assert "mvc1.c3d, mvc2.c3d, channel infra: silent" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("recordings", "said"),
+    [
+        (["a/lift.csv", "b/lift.csv"], "recordings named lift more than once"),
+        (["out/lift.csv", "out/lift_emg.csv"], "lift_emg.csv: is read, and the result would"),
+        (["lift.csv"], "lift_emg.csv: is there without lift_emg_quality.json"),
+    ],
+)
+def test_recordings_and_tables_of_others_are_not_replaced(
+    recordings: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Refused before anything is read: of all files only the one that would be lost is there."""
+    raw = tmp_path / "out" / "lift_emg.csv"
+    raw.parent.mkdir()
+    raw.write_text("raw", encoding="utf-8")
+    files = [str(tmp_path / name) for name in recordings]
+    more = ["--mvc", "mvc.csv", "--map", "emg.yaml", "--out", str(raw.parent)]
+    assert cli.main(["emg", *files, *more]) == 2
+    assert said in capsys.readouterr().err
+    assert raw.read_text(encoding="utf-8") == "raw"
+
+
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
     document = yaml.safe_load(EMG_MAP)

@@ -144,6 +144,17 @@ def test_recordings_and_tables_of_others_are_not_replaced(
     assert raw.read_text(encoding="utf-8") == "raw"
 
 
+def test_envelopes_of_an_earlier_run_do_not_outlive_a_refusal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    assert cli.main(arguments) == 0
+    (tmp_path / "reach_r1.c3d").write_bytes(b"not a recording")
+    assert cli.main(arguments) == 2
+    assert "refused   reach_r1" in capsys.readouterr().out
+    assert not list((tmp_path / "out").glob("reach_r1_emg*"))
+
+
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
     document = yaml.safe_load(EMG_MAP)

@@ -60,6 +60,9 @@ def run(options: argparse.Namespace, command: str) -> int:
     written: list[set[str]] = []
     for file, table in tables.items():
         print(file.name, file=sys.stderr, flush=True)
+        # Envelopes of an earlier run must not pass for those of this.
+        table.unlink(missing_ok=True)
+        emg_files.quality_path(table).unlink(missing_ok=True)
         try:
             trial = emg_files.process_trial(file, contractions, emg_map, pipeline)
             names = emg_files.write_emg(table, trial, options.keep_faulty)

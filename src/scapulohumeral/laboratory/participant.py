@@ -18,6 +18,7 @@ import yaml
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
 from scapulohumeral.laboratory.folders import make_folder
+from scapulohumeral.laboratory.record import record_path
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import Array
@@ -136,6 +137,8 @@ def write_study_participant(
 ) -> Path:
     """Write a participant of the study, with copies of its trials; returns participant.yaml.
 
+    Records of conversions go with their tables, as without one all angles count as measured.
+
     Parameters
     ----------
     folder : of all participants; the person's own is made in it
@@ -209,6 +212,10 @@ def _copy(table: Path, to: Path) -> None:
     if table.resolve() == to.resolve():
         raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
     shutil.copyfile(table, to)
+    # A record of another table of this name must not speak for this one.
+    record_path(to).unlink(missing_ok=True)
+    if record_path(table).is_file():
+        shutil.copyfile(record_path(table), record_path(to))
 
 
 def _write(path: Path, document: Mapping[str, Any], comment: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 from scapulohumeral import cli
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
 from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
+from scapulohumeral.laboratory.record import read_channels, record_path
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
@@ -111,7 +112,9 @@ def test_tables_that_convert_did_not_make_are_not_replaced(
     assert cli.main(call) == 0, "its own table is replaced"
 
 
-def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:
+def test_a_participant_of_the_study_is_read_by_the_study(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments = session(tmp_path, ["static", "frontal", "reach"])
     out, people = tmp_path / "out", tmp_path / "people"
     files = [str(tmp_path / f"{name}.c3d") for name in ("frontal", "reach")]
@@ -119,7 +122,13 @@ def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None
     trials = [str(out / "frontal.csv"), str(out / "reach.csv")]
     more = ["--trials", *trials, "--out", str(people), "--id", "ann", *BODY]
     static = ["--static", str(tmp_path / "static.c3d")]
+    record = record_path(out / "reach.csv")
+    sound = record.read_text(encoding="utf-8")
+    record.write_text(sound.replace('"usable": true', '"usable": false'), encoding="utf-8")
     assert cli.main(["participant", *static, *arguments, *more]) == 0
+    said = capsys.readouterr().out
+    assert "note      reach: has a fault" in said
+    assert "note      frontal" not in said
     person = read_participant(people, "ann")
     assert set(person.trials) == {"frontal", "reach"}
     assert person.body_mass_kg == 60.0
@@ -127,6 +136,7 @@ def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None
     assert person.gravity_mps2 == pytest.approx(
         tuple(-9.80665 * made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]), abs=0.01
     )
+    assert read_channels(people / "ann" / "frontal.csv")["SC_x"].status == "estimated"
 
 
 @pytest.mark.parametrize(

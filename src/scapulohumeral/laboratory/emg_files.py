@@ -32,7 +32,7 @@ from scapulohumeral.emg.recording import Recording, read_recording
 from scapulohumeral.emg.signal_table import write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
-from scapulohumeral.laboratory.participant import PARTICIPANT_FILE
+from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS
 from scapulohumeral.model.rotations import Array
 
 _NAME = {"type": "string", "pattern": "^[^/+ >]+$"}
@@ -306,7 +306,7 @@ def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -
     if not path.is_file():
         return None
     remedy = "Make it again: scapulohumeral convert."
-    document = read_mapping(path, "'schema: participant/1' and others", remedy)
+    document = read_mapping(path, PARTICIPANT_KEYS, remedy)
     text = path.read_text(encoding="utf-8")
     pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
     document["emg"] = {

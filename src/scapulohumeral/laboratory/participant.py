@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from scapulohumeral.documents import read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
 from scapulohumeral.laboratory.folders import make_folder
@@ -27,6 +28,7 @@ from scapulohumeral.model.tables import ModelTables
 GRAVITY_MPS2 = 9.80665
 SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
+PARTICIPANT_KEYS = "'schema: participant/1' and others"
 # Common for recordings of markers on skin.
 SMOOTH_CUTOFF_HZ = 6.0
 
@@ -97,17 +99,57 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
     }
 
 
+def read_earlier(folder: Path, person_id: str, of_study: bool) -> dict[str, Any]:
+    """What the participant file in a folder says of a person already; empty if there is none.
+
+    Parameters
+    ----------
+    folder : of the file
+    person_id : of the person that is to be written
+    of_study : whether the file is to be one of the study, and not of a diagnosis
+
+    Raises
+    ------
+    ConfigError                      the file is of somebody else, or of the other kind
+    """
+    path = folder / PARTICIPANT_FILE
+    if not path.is_file():
+        return {}
+    document = read_mapping(path, PARTICIPANT_KEYS, "Correct the line named, or move the file.")
+    kinds = {True: "the study", False: "a diagnosis"}
+    found = (document.get("id"), kinds[is_of_study(document)])
+    expected = (person_id, kinds[of_study])
+    if found != expected:
+        raise ConfigError(
+            f"{path}: is of '{found[0]}', for {found[1]}, and would be replaced; expected "
+            f"'{expected[0]}', for {expected[1]}. Correct --id, or name another folder as --out."
+        )
+    return document
+
+
+def is_of_study(document: Mapping[str, Any]) -> bool:
+    """Whether a participant file is one of the study; else it is one of a diagnosis."""
+    return "scale" in document
+
+
 def write_diagnosis_participant(
     folder: Path, person: Person, tables: ModelTables, trials: Mapping[str, Mapping[str, Any]]
 ) -> Path:
     """Write participant.yaml and scaled.yaml of a diagnosis; returns the former.
+
+    What an earlier file says of EMG and of further trials is kept.
 
     Parameters
     ----------
     folder : of the trial tables
     person, tables : who it is, and the base model
     trials : stem -> task and repeat, as from `task_and_repeat`
+
+    Raises
+    ------
+    ConfigError                      the folder has a participant file of another person or kind
     """
+    earlier = read_earlier(folder, person.id, of_study=False)
     masses = segment_masses(person.body, tables)
     scaled = {
         "bodies": [{"name": n, "mass_kg": round(m, 5)} for n, m in masses.items()],
@@ -116,15 +158,17 @@ def write_diagnosis_participant(
             for n, factor in person.scale.items()
         ],
     }
-    document: dict[str, Any] = {
+    document: dict[str, Any] = earlier | {
         "schema": "participant/1",
         "id": person.id,
         "side": "right",
         "model": {"file": SCALED_FILE},
         "gravity_in_thorax_mps2": list(person.gravity_mps2),
     }
-    if trials:
-        document["trials"] = {stem: dict(entry) for stem, entry in trials.items()}
+    known = earlier.get("trials") or {}
+    if known or trials:
+        named = {stem: {**known.get(stem, {}), **entry} for stem, entry in trials.items()}
+        document["trials"] = known | named
     make_folder(folder)
     _write(folder / SCALED_FILE, scaled, "Scale factors from landmarks, masses from de Leva 1996.")
     path = folder / PARTICIPANT_FILE

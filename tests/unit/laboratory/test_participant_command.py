@@ -5,6 +5,7 @@ from pathlib import Path
 import made_recordings as made
 import numpy as np
 import pytest
+import yaml
 
 from scapulohumeral import cli
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
@@ -73,6 +74,31 @@ def test_convert_writes_the_participant_of_a_diagnosis(tmp_path: Path) -> None:
     assert np.abs(np.abs(person.gravity_mps2) - np.abs(expected)).max() < 0.02
     up = made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]
     assert np.array(person.gravity_mps2) == pytest.approx(-9.80665 * up, abs=0.01)
+
+
+def test_a_further_conversion_keeps_what_the_participant_file_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """EMG and windows of trials, which emg and the person at the keyboard put there."""
+    arguments = session(tmp_path, ["reach_1", "reach_2"])
+    out = tmp_path / "out"
+    more = [*BODY, "--tasks", r"(?P<task>[a-z]+)_(?P<repeat>\d+)", "--out", str(out)]
+    first, second = (str(tmp_path / f"reach_{i}.c3d") for i in (1, 2))
+    assert cli.main(["convert", first, *arguments, *more, "--id", "ann"]) == 0
+    file = out / "participant.yaml"
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    document["emg"] = {"unit": "fraction_of_mvc", "channels": {"EMG_infra": ["infra"]}}
+    document["trials"]["reach_1"]["window_s"] = [0.1, 0.9]
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    assert cli.main(["convert", second, *arguments, *more, "--id", "ann"]) == 0
+    read = read_participant_file(file, "published")
+    assert read.participant.emg_channels == {"EMG_infra": ("infra",)}
+    assert read.trials["reach_1"].window_s == (0.1, 0.9)
+    assert read.trials["reach_2"].repeat == 2
+    before = file.read_bytes()
+    assert cli.main(["convert", second, *arguments, *more, "--id", "bob"]) == 2
+    assert "is of 'ann', for a diagnosis, and would be replaced" in capsys.readouterr().err
+    assert file.read_bytes() == before
 
 
 def test_trials_of_one_name_and_recordings_in_their_place_are_refused(

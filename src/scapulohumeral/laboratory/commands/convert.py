@@ -109,7 +109,7 @@ def _write_participant(
     if options.tasks and len(trials) < len(names):
         print("no task by --tasks:", *(name for name in names if name not in trials))
     person = participant.Person(
-        options.id or "participant", body_of(options), scale_factors(points, tables), gravity
+        _id(options), body_of(options), scale_factors(points, tables), gravity
     )
     written = participant.write_diagnosis_participant(options.out, person, tables, trials)
     print(f"participant of a diagnosis: {written}")
@@ -142,10 +142,10 @@ def _check_person(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    ConfigError                      mass without height, a name or tasks without either, or a
-                                     pattern of tasks that fits no recording
+    ConfigError                      mass without height, a name or tasks without either, the file
+                                     of somebody else, or a pattern of tasks that fits no recording
     """
-    from scapulohumeral.laboratory.participant import task_and_repeat
+    from scapulohumeral.laboratory.participant import read_earlier, task_and_repeat
 
     given = {"--body-mass": options.body_mass, "--height": options.height}
     missing = [name for name, value in given.items() if value is None]
@@ -159,8 +159,13 @@ def _check_person(options: argparse.Namespace) -> None:
             "participant file is made. Add what is missing, or leave the others out."
         )
     body_of(options)
+    read_earlier(options.out, _id(options), of_study=False)
     if options.tasks:
         task_and_repeat(options.tasks, [file.stem for file in options.recordings])
+
+
+def _id(options: argparse.Namespace) -> str:
+    return options.id or "participant"
 
 
 def progress(line: str) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -181,7 +181,8 @@ def write_study_participant(
 ) -> Path:
     """Write a participant of the study, with copies of its trials; returns participant.yaml.
 
-    Records of conversions go with their tables, as without one all angles count as measured.
+    Records of conversions go with their tables, as without one all angles count as measured. What
+    an earlier file says of trials, and of what is not known here, is kept.
 
     Parameters
     ----------
@@ -191,17 +192,18 @@ def write_study_participant(
 
     Raises
     ------
-    ConfigError                      names that the study cannot use
+    ConfigError                      names that the study cannot use, or the file of somebody else
     DataError                        a trial table cannot be read
     """
     _check_names(person, trials)
     for table in trials.values():
         read_motion(table)
     own = folder / person.id
+    earlier = read_earlier(own, person.id, of_study=True)
     make_folder(own)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
-    document = _study_document(person, tables, trials)
+    document = _study_document(person, tables, trials, earlier)
     path = own / PARTICIPANT_FILE
     _write(
         path,
@@ -226,11 +228,14 @@ def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
 
 
 def _study_document(
-    person: Person, tables: ModelTables, trials: Mapping[str, Path]
+    person: Person, tables: ModelTables, trials: Iterable[str], earlier: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Content of a participant.yaml of the study."""
+    """Content of a participant.yaml of the study, over that of an earlier one."""
     total = total_mass(segment_masses(person.body, tables), tables)
+    known = earlier.get("trials") or {}
+    entry = {"hand_load_kg": 0.0, "published": None, "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ}
     return {
+        **earlier,
         "schema": "participant/1",
         "id": person.id,
         "side": "right",
@@ -241,13 +246,8 @@ def _study_document(
         "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
         "mass": {"published_total_kg": round(total, 4), "preserve_mass_distribution": True},
         "trials": {
-            name: {
-                "file": f"{name}.csv",
-                "hand_load_kg": 0.0,
-                "published": None,
-                "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ,
-            }
-            for name in trials
+            **known,
+            **{name: known.get(name, entry) | {"file": f"{name}.csv"} for name in trials},
         },
     }
 

@@ -163,6 +163,17 @@ def test_a_participant_of_the_study_is_read_by_the_study(
         tuple(-9.80665 * made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]), abs=0.01
     )
     assert read_channels(people / "ann" / "frontal.csv")["SC_x"].status == "estimated"
+    # What its own comment asks for outlives a further call, of one of the trials.
+    file = people / "ann" / "participant.yaml"
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    document["trials"]["reach"] |= {"hand_load_kg": 2.0, "daily_task": True}
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    more[1:3] = [str(out / "reach.csv")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 0
+    again = read_participant(people, "ann").trials
+    assert set(again) == {"frontal", "reach"}
+    assert (again["reach"].hand_load_kg, again["reach"].daily_task) == (2.0, True)
+    assert again["frontal"].hand_load_kg == 0.0
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -32,7 +33,7 @@ from scapulohumeral.emg.recording import Recording, read_recording
 from scapulohumeral.emg.signal_table import write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
-from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS
+from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS, is_of_study
 from scapulohumeral.model.rotations import Array
 
 _NAME = {"type": "string", "pattern": "^[^/+ >]+$"}
@@ -300,13 +301,34 @@ def describe(check: Check) -> str:
     )
 
 
-def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
-    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+def check_participant(folder: Path) -> None:
+    """Refuse the folder of a participant of the study, which takes raw EMG and no envelopes.
+
+    Raises
+    ------
+    ConfigError                      names the participant file
+    """
+    if is_of_study(_participant(folder) or {}):
+        raise ConfigError(
+            f"{folder / PARTICIPANT_FILE}: is of the study, which makes envelopes itself; expected "
+            "the folder of converted trials as --out. Name raw recordings in this file under emg: "
+            "mvc, trials and delay_s."
+        )
+
+
+def _participant(folder: Path) -> dict[str, Any] | None:
+    """Content of the participant file in a folder, if there is one."""
     path = folder / PARTICIPANT_FILE
     if not path.is_file():
         return None
-    remedy = "Make it again: scapulohumeral convert."
-    document = read_mapping(path, PARTICIPANT_KEYS, remedy)
+    return read_mapping(path, PARTICIPANT_KEYS, "Make it again: scapulohumeral convert.")
+
+
+def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
+    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+    document, path = _participant(folder), folder / PARTICIPANT_FILE
+    if document is None:
+        return None
     text = path.read_text(encoding="utf-8")
     pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
     document["emg"] = {

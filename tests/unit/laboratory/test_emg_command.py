@@ -155,6 +155,17 @@ def test_envelopes_of_an_earlier_run_do_not_outlive_a_refusal(
     assert not list((tmp_path / "out").glob("reach_r1_emg*"))
 
 
+def test_a_participant_of_the_study_is_left_as_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "participant.yaml"
+    file.write_text("schema: participant/1\nscale: {}\n", encoding="utf-8")
+    arguments = ["lift.c3d", "--mvc", "mvc.c3d", "--map", "emg.yaml", "--out", str(tmp_path)]
+    assert cli.main(["emg", *arguments]) == 2
+    assert "participant.yaml: is of the study, which makes envelopes" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == "schema: participant/1\nscale: {}\n"
+
+
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
     document = yaml.safe_load(EMG_MAP)

@@ -51,6 +51,7 @@ def run(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.model.tables import read_tables
 
+    emg_files.check_participant(options.out)
     tables = _tables(options)
     make_folder(options.out)
     emg_map = emg_files.read_emg_map(options.map)

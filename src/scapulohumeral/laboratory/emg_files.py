@@ -36,7 +36,12 @@ from scapulohumeral.laboratory.markers.map_file import closed, read_map
 from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS, is_of_study
 from scapulohumeral.model.rotations import Array
 
-_NAME = {"type": "string", "pattern": "^[^/+ >]+$"}
+# Names become columns of a table: no separator, quote or line break.
+_NAME = {
+    "type": "string",
+    "pattern": r'^[^/+ >,"\r\n]+$(?!\n)',
+    "description": "a name without spaces, commas, quotes, line breaks, /, + and >",
+}
 EMG_MAP_SCHEMA = closed(
     {
         "schema": {"const": "emg_map/1"},
@@ -62,7 +67,14 @@ EMG_MAP_SCHEMA = closed(
         },
         "neighbours": {
             "type": "array",
-            "items": {"type": "array", "items": _NAME, "minItems": 2, "maxItems": 2},
+            "items": {
+                "type": "array",
+                "items": _NAME,
+                "minItems": 2,
+                "maxItems": 2,
+                "uniqueItems": True,
+                "description": "two different channels",
+            },
             "description": "pairs of channels between which cross-talk is possible",
         },
         "delay_s": {
@@ -150,9 +162,16 @@ def read_emg_map(path: Path) -> EmgMap:
         raise ConfigError(
             f"{path}, neighbours: {', '.join(unknown)}; expected channels: {', '.join(channels)}."
         )
+    labels = {name: entry["label"] for name, entry in channels.items()}
+    twice = [name for name, label in labels.items() if [*labels.values()].count(label) > 1]
+    if twice:
+        raise ConfigError(
+            f"{path}, channels: {', '.join(twice)} have the label '{labels[twice[0]]}'; expected "
+            "one channel per electrode. Name all muscles under it in one channel."
+        )
     return EmgMap(
         path=path,
-        labels={name: entry["label"] for name, entry in channels.items()},
+        labels=labels,
         muscles={name: tuple(entry["muscles"]) for name, entry in channels.items()},
         neighbours=pairs,
         delay_s=float(document.get("delay_s", 0.0)),

@@ -10,8 +10,10 @@ import yaml
 
 from scapulohumeral import cli
 from scapulohumeral.emg.synthesis import emg_noise
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
+from scapulohumeral.laboratory.emg_files import read_emg_map
 
 pytestmark = pytest.mark.unit
 RATE_HZ = 2000.0
@@ -164,6 +166,25 @@ def test_a_participant_of_the_study_is_left_as_it_is(
     assert cli.main(["emg", *arguments]) == 2
     assert "participant.yaml: is of the study, which makes envelopes" in capsys.readouterr().err
     assert file.read_text(encoding="utf-8") == "schema: participant/1\nscale: {}\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"EMG 5"', '"EMG 3"', "channels: infra, delt have the label 'EMG 3'"),
+        ("[[infra, delt]]", "[[infra, infra]]", "neighbours.0: .* expected: two different"),
+        ("delt:", '"delt,1":', "channels: .* expected: a name without spaces, commas"),
+        ("delt:", '"delt\\n":', "channels: .* expected: a name without spaces, commas"),
+    ],
+)
+def test_a_map_counts_no_electrode_twice_and_names_columns(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    text = EMG_MAP.partition("neighbours")[0] if new.startswith('"delt') else EMG_MAP
+    assert old in text
+    (tmp_path / "emg.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        read_emg_map(tmp_path / "emg.yaml")
 
 
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,6 +29,8 @@ GRAVITY_MPS2 = 9.80665
 SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
 PARTICIPANT_KEYS = "'schema: participant/1' and others"
+# A repeat in the name of a trial: a number from 1 on, which may begin with zeros.
+REPEAT = "0*[1-9][0-9]*"
 # Common for recordings of markers on skin.
 SMOOTH_CUTOFF_HZ = 6.0
 
@@ -76,7 +78,8 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
 
     Raises
     ------
-    ConfigError                      the pattern is none, lacks a group, or fits no name
+    ConfigError                      the pattern is none, lacks a group, fits no name, or finds no
+                                     task or no number from 1 on in a name
     """
     try:
         compiled = re.compile(pattern)
@@ -93,10 +96,23 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
         raise ConfigError(
             f"--tasks '{pattern}': fits none of {', '.join(stems)} as a whole. Correct it."
         )
-    return {
-        stem: {"task": match["task"], "repeat": int(match["repeat"])}
-        for stem, match in named.items()
-    }
+    return {stem: _task_and_repeat(pattern, match) for stem, match in named.items()}
+
+
+def _task_and_repeat(pattern: str, match: re.Match[str]) -> dict[str, Any]:
+    """Task and repeat of one name, as a diagnosis reads them."""
+    task, repeat = match["task"], match["repeat"]
+    if not task:
+        raise ConfigError(
+            f"--tasks '{pattern}': finds no task in {match.string}; expected one in each name "
+            "that it fits. Write (?P<task>.+), not optional."
+        )
+    if not re.fullmatch(REPEAT, repeat or ""):
+        raise ConfigError(
+            f"--tasks '{pattern}': finds the repeat '{repeat or ''}' in {match.string}; expected a "
+            f"number from 1 on. Write (?P<repeat>{REPEAT})."
+        )
+    return {"task": task, "repeat": int(repeat)}
 
 
 def read_earlier(folder: Path, person_id: str, of_study: bool) -> dict[str, Any]:

@@ -8,8 +8,10 @@ import pytest
 import yaml
 
 from scapulohumeral import cli
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
 from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
+from scapulohumeral.laboratory.participant import task_and_repeat
 from scapulohumeral.laboratory.record import read_channels, record_path
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
@@ -204,3 +206,19 @@ def test_tasks_need_their_groups(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "expected groups (?P<task>...)" in capsys.readouterr().err
     assert cli.main([*call, *BODY, "--tasks", r"(?P<task>x+)(?P<repeat>\d)"]) == 2
     assert "fits none of reach_1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "said"),
+    [
+        ("(?P<task>.+)_(?P<repeat>.+)", "finds the repeat 'a' in reach_a"),
+        ("(?P<task>.+)_a(?P<repeat>[0-9])?", "finds the repeat '' in reach_a"),
+        ("(?P<task>x)?.*(?P<repeat>[0-9])", "finds no task in reach_0"),
+        ("(?P<task>[a-z]+)_(?P<repeat>[0-9]+)", "finds the repeat '0' in reach_0"),
+    ],
+)
+def test_tasks_and_repeats_are_those_that_a_diagnosis_reads(pattern: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        task_and_repeat(pattern, ["reach_a", "reach_0"])
+    found = task_and_repeat("(?P<task>.+)_(?P<repeat>[0-9]+)", ["reach_01"])
+    assert found == {"reach_01": {"task": "reach", "repeat": 1}}

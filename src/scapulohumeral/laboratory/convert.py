@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.checks import (
     FAULT,
     Finding,
@@ -164,7 +164,8 @@ def _outcomes(
             progress(f"{i}/{len(files)} {file.name}")
         try:
             outcomes.append(convert(file))
-        except DataError as error:
+        except (ConfigError, DataError) as error:
+            # A cut-off may be too high for one recording and suit the others.
             outcomes.append(refused(file, error))
     return outcomes
 

@@ -123,6 +123,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.model.tables import read_tables
 
     _check_person(options)
+    if options.smooth_hz is not None and not options.smooth_hz > 0.0:
+        raise ConfigError(f"--smooth-hz {options.smooth_hz}: expected above 0 Hz. Raise it.")
     check_written(options.out, options.recordings, options.map)
     make_folder(options.out)
     tables = read_tables(options.tables)

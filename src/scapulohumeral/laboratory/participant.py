@@ -15,14 +15,16 @@ from typing import Any
 import numpy as np
 import yaml
 
-from scapulohumeral.documents import read_mapping
+from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
 from scapulohumeral.laboratory.folders import make_folder
 from scapulohumeral.laboratory.record import record_path
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
 from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.smoothing import smooth_recording
 from scapulohumeral.model.tables import ModelTables
 
 GRAVITY_MPS2 = 9.80665
@@ -209,18 +211,19 @@ def write_study_participant(
     Raises
     ------
     ConfigError                      names that the study cannot use, or the file of somebody else
-    DataError                        a trial table cannot be read
+    DataError                        a trial table cannot be read or smoothed
     """
     _check_names(person, trials)
-    for table in trials.values():
-        read_motion(table)
     own = folder / person.id
-    earlier = read_earlier(own, person.id, of_study=True)
+    path = own / PARTICIPANT_FILE
+    document = _study_document(person, tables, trials, read_earlier(own, person.id, of_study=True))
+    # Before anything is written: one broken participant stops the study of all.
+    check_schema(path, document, PARTICIPANT_SCHEMA, "see config/participants/README.md")
+    for name, table in trials.items():
+        _check_trial(table, own / f"{name}.csv", document["trials"][name])
     make_folder(own)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
-    document = _study_document(person, tables, trials, earlier)
-    path = own / PARTICIPANT_FILE
     _write(
         path,
         document,
@@ -268,9 +271,20 @@ def _study_document(
     }
 
 
-def _copy(table: Path, to: Path) -> None:
+def _check_trial(table: Path, to: Path, entry: Mapping[str, Any]) -> None:
+    """Refuse a table that cannot be copied to its place, read, or smoothed as its entry says."""
     if table.resolve() == to.resolve():
         raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
+    motion = read_motion(table)
+    if "smooth_cutoff_hz" not in entry:
+        return
+    try:
+        smooth_recording(motion, float(entry["smooth_cutoff_hz"]))
+    except (ConfigError, DataError) as error:
+        raise DataError(f"{table}: {error} Or leave the trial out.") from error
+
+
+def _copy(table: Path, to: Path) -> None:
     shutil.copyfile(table, to)
     # A record of another table of this name must not speak for this one.
     record_path(to).unlink(missing_ok=True)

@@ -12,7 +12,8 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
 from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
 from scapulohumeral.laboratory.participant import task_and_repeat
-from scapulohumeral.laboratory.record import read_channels, record_path
+from scapulohumeral.laboratory.record import read_channels, record_path, write_trial
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
@@ -176,6 +177,23 @@ def test_a_participant_of_the_study_is_read_by_the_study(
     assert set(again) == {"frontal", "reach"}
     assert (again["reach"].hand_load_kg, again["reach"].daily_task) == (2.0, True)
     assert again["frontal"].hand_load_kg == 0.0
+
+
+def test_a_participant_that_the_study_cannot_use_is_not_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A broken one would stop the study of all others."""
+    arguments = session(tmp_path, ["static"])
+    angles = made.arm_angles()
+    for name, rate in (("frontal", 100.0), ("slow", 10.0)):
+        motion = Motion(np.arange(len(angles)) / rate, angles)
+        write_trial(tmp_path / f"{name}.csv", motion)
+    trials = [str(tmp_path / f"{name}.csv") for name in ("frontal", "slow")]
+    more = ["--trials", *trials, "--out", str(tmp_path / "people"), "--id", "ann", *BODY]
+    static = ["--static", str(tmp_path / "static.c3d")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 2
+    assert f"{trials[1]}: cut-off 6.0 Hz; expected" in capsys.readouterr().err
+    assert not (tmp_path / "people").exists()
 
 
 @pytest.mark.parametrize(

@@ -171,12 +171,14 @@ def test_a_participant_of_the_study_is_read_by_the_study(
     document = yaml.safe_load(file.read_text(encoding="utf-8"))
     document["trials"]["reach"] |= {"hand_load_kg": 2.0, "daily_task": True}
     file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    record.unlink()
     more[1:3] = [str(out / "reach.csv")]
     assert cli.main(["participant", *static, *arguments, *more]) == 0
     again = read_participant(people, "ann").trials
     assert set(again) == {"frontal", "reach"}
     assert (again["reach"].hand_load_kg, again["reach"].daily_task) == (2.0, True)
     assert again["frontal"].hand_load_kg == 0.0
+    assert read_channels(people / "ann" / "reach.csv")["SC_x"].status == "measured"
 
 
 def test_a_participant_that_the_study_cannot_use_is_not_written(

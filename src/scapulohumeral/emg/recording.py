@@ -134,6 +134,11 @@ def _c3d_column(path: Path, label: str, found: Sequence[str]) -> int:
             f"{path}: no analog channel '{label}'; found {', '.join(found) or 'none'}. "
             "Correct the label: in the EMG map, or in emg.labels of participant.yaml."
         )
+    if found.count(label) > 1:
+        raise DataError(
+            f"{path}: {found.count(label)} analog channels '{label}'; expected one, since nothing "
+            "tells them apart. Rename all but one in the file."
+        )
     return found.index(label)
 
 

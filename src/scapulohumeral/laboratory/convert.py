@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.checks import (
     FAULT,
     Finding,
@@ -20,7 +20,7 @@ from scapulohumeral.laboratory.checks import (
     segment_lengths,
     thorax_shape,
 )
-from scapulohumeral.laboratory.folders import check_names, make_folder
+from scapulohumeral.laboratory.folders import check_kept, check_names, check_own, make_folder
 from scapulohumeral.laboratory.markers.landmarks import Calibration, Landmarks, read_landmarks
 from scapulohumeral.laboratory.motions.opensim_motion import ModelMap, read_motions
 from scapulohumeral.laboratory.motions.orientations import OrientationMap, read_orientations
@@ -164,7 +164,8 @@ def _outcomes(
             progress(f"{i}/{len(files)} {file.name}")
         try:
             outcomes.append(convert(file))
-        except DataError as error:
+        except (ConfigError, DataError) as error:
+            # A cut-off may be too high for one recording and suit the others.
             outcomes.append(refused(file, error))
     return outcomes
 
@@ -233,10 +234,16 @@ def _marker_source(landmarks: Landmarks, calibration: Calibration) -> Source:
     )
 
 
-def written_files(folder: Path, recordings: Sequence[Path]) -> list[Path]:
-    """Tables and records that a conversion may write into a folder, or remove from it."""
+def check_written(folder: Path, recordings: Sequence[Path], map_file: Path) -> None:
+    """Refuse a folder in which a conversion would replace what it reads, or files of others.
+
+    Raises
+    ------
+    ConfigError                      names the file that would be lost
+    """
     tables = [folder / f"{recording.stem}.csv" for recording in recordings]
-    return [*tables, *map(record_path, tables)]
+    check_kept((*recordings, map_file), (*tables, *map(record_path, tables)))
+    check_own(tables, record_path)
 
 
 def write_outcomes(

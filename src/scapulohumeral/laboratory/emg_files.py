@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -32,10 +33,15 @@ from scapulohumeral.emg.recording import Recording, read_recording
 from scapulohumeral.emg.signal_table import write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
-from scapulohumeral.laboratory.participant import PARTICIPANT_FILE
+from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS, is_of_study
 from scapulohumeral.model.rotations import Array
 
-_NAME = {"type": "string", "pattern": "^[^/+ >]+$"}
+# Names become columns of a table: no separator, quote or line break.
+_NAME = {
+    "type": "string",
+    "pattern": r'^[^/+ >,"\r\n]+$(?!\n)',
+    "description": "a name without spaces, commas, quotes, line breaks, /, + and >",
+}
 EMG_MAP_SCHEMA = closed(
     {
         "schema": {"const": "emg_map/1"},
@@ -61,7 +67,14 @@ EMG_MAP_SCHEMA = closed(
         },
         "neighbours": {
             "type": "array",
-            "items": {"type": "array", "items": _NAME, "minItems": 2, "maxItems": 2},
+            "items": {
+                "type": "array",
+                "items": _NAME,
+                "minItems": 2,
+                "maxItems": 2,
+                "uniqueItems": True,
+                "description": "two different channels",
+            },
             "description": "pairs of channels between which cross-talk is possible",
         },
         "delay_s": {
@@ -149,9 +162,16 @@ def read_emg_map(path: Path) -> EmgMap:
         raise ConfigError(
             f"{path}, neighbours: {', '.join(unknown)}; expected channels: {', '.join(channels)}."
         )
+    labels = {name: entry["label"] for name, entry in channels.items()}
+    twice = [name for name, label in labels.items() if [*labels.values()].count(label) > 1]
+    if twice:
+        raise ConfigError(
+            f"{path}, channels: {', '.join(twice)} have the label '{labels[twice[0]]}'; expected "
+            "one channel per electrode. Name all muscles under it in one channel."
+        )
     return EmgMap(
         path=path,
-        labels={name: entry["label"] for name, entry in channels.items()},
+        labels=labels,
         muscles={name: tuple(entry["muscles"]) for name, entry in channels.items()},
         neighbours=pairs,
         delay_s=float(document.get("delay_s", 0.0)),
@@ -260,6 +280,11 @@ def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
     }
 
 
+def quality_path(table: Path) -> Path:
+    """The quality beside a table of envelopes."""
+    return table.with_name(f"{table.stem}_quality.json")
+
+
 def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[str, ...]:
     """Write ``STEM_emg.csv`` and its quality beside a trial table; returns the channels written.
 
@@ -275,7 +300,7 @@ def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[st
     """
     envelopes, spoilt = trial.envelopes, {} if keep_spoilt else trial.spoilt
     kept = [i for i, name in enumerate(envelopes.channels) if name not in spoilt]
-    write_quality(table.with_name(f"{table.stem}_quality.json"), trial.checks, envelopes.simulated)
+    write_quality(quality_path(table), trial.checks, envelopes.simulated)
     if not kept:
         raise DataError(
             f"{table.name}: no channel left; {describe(next(iter(spoilt.values())))}. Check "
@@ -295,13 +320,34 @@ def describe(check: Check) -> str:
     )
 
 
-def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
-    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+def check_participant(folder: Path) -> None:
+    """Refuse the folder of a participant of the study, which takes raw EMG and no envelopes.
+
+    Raises
+    ------
+    ConfigError                      names the participant file
+    """
+    if is_of_study(_participant(folder) or {}):
+        raise ConfigError(
+            f"{folder / PARTICIPANT_FILE}: is of the study, which makes envelopes itself; expected "
+            "the folder of converted trials as --out. Name raw recordings in this file under emg: "
+            "mvc, trials and delay_s."
+        )
+
+
+def _participant(folder: Path) -> dict[str, Any] | None:
+    """Content of the participant file in a folder, if there is one."""
     path = folder / PARTICIPANT_FILE
     if not path.is_file():
         return None
-    remedy = "Make it again: scapulohumeral convert."
-    document = read_mapping(path, "'schema: participant/1' and others", remedy)
+    return read_mapping(path, PARTICIPANT_KEYS, "Make it again: scapulohumeral convert.")
+
+
+def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
+    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+    document, path = _participant(folder), folder / PARTICIPANT_FILE
+    if document is None:
+        return None
     text = path.read_text(encoding="utf-8")
     pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
     document["emg"] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from scapulohumeral.errors import ConfigError, DataError
@@ -34,6 +34,27 @@ def check_kept(read: Iterable[Path], written: Iterable[Path]) -> None:
             raise ConfigError(
                 f"{path}: is read, and the result would replace it; expected another folder as "
                 "--out. Name one that holds no recordings."
+            )
+
+
+def check_own(written: Iterable[Path], beside: Callable[[Path], Path]) -> None:
+    """Refuse to replace files of others, which lack what a command writes beside its own.
+
+    Parameters
+    ----------
+    written : files that are to be written
+    beside : of a file, what its command writes beside it
+
+    Raises
+    ------
+    ConfigError                      names the file that would be lost
+    """
+    for path in written:
+        if path.exists() and not beside(path).exists():
+            raise ConfigError(
+                f"{path}: is there without {beside(path).name}, so this command did not make it, "
+                "and the result would replace it; expected another folder as --out. Name one, or "
+                "move the file."
             )
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,17 +15,24 @@ from typing import Any
 import numpy as np
 import yaml
 
+from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
 from scapulohumeral.laboratory.folders import make_folder
+from scapulohumeral.laboratory.record import record_path
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
 from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.smoothing import smooth_recording
 from scapulohumeral.model.tables import ModelTables
 
 GRAVITY_MPS2 = 9.80665
 SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
+PARTICIPANT_KEYS = "'schema: participant/1' and others"
+# A repeat in the name of a trial: a number from 1 on, which may begin with zeros.
+REPEAT = "0*[1-9][0-9]*"
 # Common for recordings of markers on skin.
 SMOOTH_CUTOFF_HZ = 6.0
 
@@ -73,7 +80,8 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
 
     Raises
     ------
-    ConfigError                      the pattern is none, lacks a group, or fits no name
+    ConfigError                      the pattern is none, lacks a group, fits no name, or finds no
+                                     task or no number from 1 on in a name
     """
     try:
         compiled = re.compile(pattern)
@@ -90,10 +98,56 @@ def task_and_repeat(pattern: str, stems: Sequence[str]) -> dict[str, dict[str, A
         raise ConfigError(
             f"--tasks '{pattern}': fits none of {', '.join(stems)} as a whole. Correct it."
         )
-    return {
-        stem: {"task": match["task"], "repeat": int(match["repeat"])}
-        for stem, match in named.items()
-    }
+    return {stem: _task_and_repeat(pattern, match) for stem, match in named.items()}
+
+
+def _task_and_repeat(pattern: str, match: re.Match[str]) -> dict[str, Any]:
+    """Task and repeat of one name, as a diagnosis reads them."""
+    task, repeat = match["task"], match["repeat"]
+    if not task:
+        raise ConfigError(
+            f"--tasks '{pattern}': finds no task in {match.string}; expected one in each name "
+            "that it fits. Write (?P<task>.+), not optional."
+        )
+    if not re.fullmatch(REPEAT, repeat or ""):
+        raise ConfigError(
+            f"--tasks '{pattern}': finds the repeat '{repeat or ''}' in {match.string}; expected a "
+            f"number from 1 on. Write (?P<repeat>{REPEAT})."
+        )
+    return {"task": task, "repeat": int(repeat)}
+
+
+def read_earlier(folder: Path, person_id: str, of_study: bool) -> dict[str, Any]:
+    """What the participant file in a folder says of a person already; empty if there is none.
+
+    Parameters
+    ----------
+    folder : of the file
+    person_id : of the person that is to be written
+    of_study : whether the file is to be one of the study, and not of a diagnosis
+
+    Raises
+    ------
+    ConfigError                      the file is of somebody else, or of the other kind
+    """
+    path = folder / PARTICIPANT_FILE
+    if not path.is_file():
+        return {}
+    document = read_mapping(path, PARTICIPANT_KEYS, "Correct the line named, or move the file.")
+    kinds = {True: "the study", False: "a diagnosis"}
+    found = (document.get("id"), kinds[is_of_study(document)])
+    expected = (person_id, kinds[of_study])
+    if found != expected:
+        raise ConfigError(
+            f"{path}: is of '{found[0]}', for {found[1]}, and would be replaced; expected "
+            f"'{expected[0]}', for {expected[1]}. Correct --id, or name another folder as --out."
+        )
+    return document
+
+
+def is_of_study(document: Mapping[str, Any]) -> bool:
+    """Whether a participant file is one of the study; else it is one of a diagnosis."""
+    return "scale" in document
 
 
 def write_diagnosis_participant(
@@ -101,12 +155,19 @@ def write_diagnosis_participant(
 ) -> Path:
     """Write participant.yaml and scaled.yaml of a diagnosis; returns the former.
 
+    What an earlier file says of EMG and of further trials is kept.
+
     Parameters
     ----------
     folder : of the trial tables
     person, tables : who it is, and the base model
     trials : stem -> task and repeat, as from `task_and_repeat`
+
+    Raises
+    ------
+    ConfigError                      the folder has a participant file of another person or kind
     """
+    earlier = read_earlier(folder, person.id, of_study=False)
     masses = segment_masses(person.body, tables)
     scaled = {
         "bodies": [{"name": n, "mass_kg": round(m, 5)} for n, m in masses.items()],
@@ -115,15 +176,17 @@ def write_diagnosis_participant(
             for n, factor in person.scale.items()
         ],
     }
-    document: dict[str, Any] = {
+    document: dict[str, Any] = earlier | {
         "schema": "participant/1",
         "id": person.id,
         "side": "right",
         "model": {"file": SCALED_FILE},
         "gravity_in_thorax_mps2": list(person.gravity_mps2),
     }
-    if trials:
-        document["trials"] = {stem: dict(entry) for stem, entry in trials.items()}
+    known = earlier.get("trials") or {}
+    if known or trials:
+        named = {stem: {**known.get(stem, {}), **entry} for stem, entry in trials.items()}
+        document["trials"] = known | named
     make_folder(folder)
     _write(folder / SCALED_FILE, scaled, "Scale factors from landmarks, masses from de Leva 1996.")
     path = folder / PARTICIPANT_FILE
@@ -136,6 +199,9 @@ def write_study_participant(
 ) -> Path:
     """Write a participant of the study, with copies of its trials; returns participant.yaml.
 
+    Records of conversions go with their tables, as without one all angles count as measured. What
+    an earlier file says of trials, and of what is not known here, is kept.
+
     Parameters
     ----------
     folder : of all participants; the person's own is made in it
@@ -144,18 +210,20 @@ def write_study_participant(
 
     Raises
     ------
-    ConfigError                      names that the study cannot use
-    DataError                        a trial table cannot be read
+    ConfigError                      names that the study cannot use, or the file of somebody else
+    DataError                        a trial table cannot be read or smoothed
     """
     _check_names(person, trials)
-    for table in trials.values():
-        read_motion(table)
     own = folder / person.id
+    path = own / PARTICIPANT_FILE
+    document = _study_document(person, tables, trials, read_earlier(own, person.id, of_study=True))
+    # Before anything is written: one broken participant stops the study of all.
+    check_schema(path, document, PARTICIPANT_SCHEMA, "see config/participants/README.md")
+    for name, table in trials.items():
+        _check_trial(table, own / f"{name}.csv", document["trials"][name])
     make_folder(own)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
-    document = _study_document(person, tables, trials)
-    path = own / PARTICIPANT_FILE
     _write(
         path,
         document,
@@ -179,11 +247,14 @@ def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
 
 
 def _study_document(
-    person: Person, tables: ModelTables, trials: Mapping[str, Path]
+    person: Person, tables: ModelTables, trials: Iterable[str], earlier: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Content of a participant.yaml of the study."""
+    """Content of a participant.yaml of the study, over that of an earlier one."""
     total = total_mass(segment_masses(person.body, tables), tables)
+    known = earlier.get("trials") or {}
+    entry = {"hand_load_kg": 0.0, "published": None, "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ}
     return {
+        **earlier,
         "schema": "participant/1",
         "id": person.id,
         "side": "right",
@@ -194,21 +265,31 @@ def _study_document(
         "scale": {name: [round(factor, 5)] * 3 for name, factor in person.scale.items()},
         "mass": {"published_total_kg": round(total, 4), "preserve_mass_distribution": True},
         "trials": {
-            name: {
-                "file": f"{name}.csv",
-                "hand_load_kg": 0.0,
-                "published": None,
-                "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ,
-            }
-            for name in trials
+            **known,
+            **{name: known.get(name, entry) | {"file": f"{name}.csv"} for name in trials},
         },
     }
 
 
-def _copy(table: Path, to: Path) -> None:
+def _check_trial(table: Path, to: Path, entry: Mapping[str, Any]) -> None:
+    """Refuse a table that cannot be copied to its place, read, or smoothed as its entry says."""
     if table.resolve() == to.resolve():
         raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
+    motion = read_motion(table)
+    if "smooth_cutoff_hz" not in entry:
+        return
+    try:
+        smooth_recording(motion, float(entry["smooth_cutoff_hz"]))
+    except (ConfigError, DataError) as error:
+        raise DataError(f"{table}: {error} Or leave the trial out.") from error
+
+
+def _copy(table: Path, to: Path) -> None:
     shutil.copyfile(table, to)
+    # A record of another table of this name must not speak for this one.
+    record_path(to).unlink(missing_ok=True)
+    if record_path(table).is_file():
+        shutil.copyfile(record_path(table), record_path(to))
 
 
 def _write(path: Path, document: Mapping[str, Any], comment: str) -> None:

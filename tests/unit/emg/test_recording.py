@@ -19,13 +19,13 @@ def signals(samples: int = 2400) -> np.ndarray:
     return 1e-4 * np.random.default_rng(5).standard_normal((samples, 2))
 
 
-def write_c3d(path: Path, volts: np.ndarray, units: list[str]) -> Path:
+def write_c3d(path: Path, volts: np.ndarray, units: list[str], first: str = "EMG 5") -> Path:
     """A C3D file with three analog channels, the last of which is silent."""
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [100]
     analog = file["parameters"]["ANALOG"]
     analog["RATE"]["value"] = [2000]
-    analog["LABELS"]["value"] = ["EMG 5", "anterior_deltoid", "force"]
+    analog["LABELS"]["value"] = [first, "anterior_deltoid", "force"]
     analog["UNITS"]["value"] = units
     file["data"]["points"] = np.zeros((4, 0, len(volts) // 20))
     file["data"]["analogs"] = np.vstack([volts.T, np.zeros(len(volts))])[None]
@@ -107,6 +107,10 @@ def test_wrong_c3d_is_refused(tmp_path: Path) -> None:
         read_recording(path, CHANNELS)
     with pytest.raises(DataError, match="channel anterior_deltoid: unit 'Pa'; expected V, mV"):
         read_recording(path, CHANNELS, {"infraspinatus": "EMG 5"})
+    path = write_c3d(tmp_path / "twice.c3d", signals(), ["V", "V", "N"], first="force")
+    with pytest.raises(DataError, match="twice.c3d: 2 analog channels 'force'; expected one"):
+        read_recording(path, ["force"])
+    assert read_recording(path, ["anterior_deltoid"]).channels == ("anterior_deltoid",)
     holes = signals()
     holes[7, 1] = np.nan
     path = write_c3d(tmp_path / "holes.c3d", holes, ["V", "V", "N"])

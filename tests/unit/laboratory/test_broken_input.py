@@ -247,6 +247,20 @@ def test_broken_sessions_are_named(
     assert table.exists() == (broken.code == 0)
 
 
+def test_a_cut_off_that_is_too_high_for_one_recording_leaves_the_others(
+    session: Session, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [session.folder / f"{name}.c3d" for name in ("slow", "trial")]
+    for file, rate in zip(files, (10.0, made.RATE_HZ), strict=True):
+        made.write_c3d(file, made.marked(session.points), rate_hz=rate)
+    map_file = made.write_map(session.folder / "map.yaml", session.map_text)
+    more = ["--map", str(map_file), "--out", str(session.folder / "out"), "--smooth-hz", "6"]
+    assert cli.main(["convert", *map(str, files), *more]) == 2
+    assert "refused   slow: cut-off 6.0 Hz; expected above 0 and below" in capsys.readouterr().out
+    assert (session.folder / "out" / "trial.csv").exists()
+    assert not (session.folder / "out" / "slow.csv").exists()
+
+
 def test_without_a_sound_recording_there_is_no_participant_to_write(
     session: Session, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -303,6 +317,7 @@ SLIPS = [
     ("height without mass", ["--height", "1.7"], "--height without --body-mass"),
     ("name without body", ["--id", "ann"], "--id without --body-mass and --height"),
     ("tasks without body", ["--tasks", "(?P<task>.)"], "--tasks without --body-mass and --height"),
+    ("no cut-off", ["--smooth-hz", "0"], "--smooth-hz 0.0: expected above 0 Hz"),
     ("height in cm", ["--body-mass", "70", "--height", "170"], "--height 170.0: expected 1 to 2.5"),
 ]
 

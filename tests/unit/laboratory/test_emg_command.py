@@ -10,8 +10,10 @@ import yaml
 
 from scapulohumeral import cli
 from scapulohumeral.emg.synthesis import emg_noise
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.participant_file import read_participant_file
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
+from scapulohumeral.laboratory.emg_files import read_emg_map
 
 pytestmark = pytest.mark.unit
 RATE_HZ = 2000.0
@@ -120,6 +122,69 @@ def test_a_channel_that_all_contractions_are_silent_on_is_refused(
 ) -> None:
     assert cli.main(session(tmp_path, noise(4.0, np.ones(2), 3), 4.0, gains=(0.0, 0.0))) == 2
     assert "mvc1.c3d, mvc2.c3d, channel infra: silent" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("recordings", "said"),
+    [
+        (["a/lift.csv", "b/lift.csv"], "recordings named lift more than once"),
+        (["out/lift.csv", "out/lift_emg.csv"], "lift_emg.csv: is read, and the result would"),
+        (["lift.csv"], "lift_emg.csv: is there without lift_emg_quality.json"),
+    ],
+)
+def test_recordings_and_tables_of_others_are_not_replaced(
+    recordings: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Refused before anything is read: of all files only the one that would be lost is there."""
+    raw = tmp_path / "out" / "lift_emg.csv"
+    raw.parent.mkdir()
+    raw.write_text("raw", encoding="utf-8")
+    files = [str(tmp_path / name) for name in recordings]
+    more = ["--mvc", "mvc.csv", "--map", "emg.yaml", "--out", str(raw.parent)]
+    assert cli.main(["emg", *files, *more]) == 2
+    assert said in capsys.readouterr().err
+    assert raw.read_text(encoding="utf-8") == "raw"
+
+
+def test_envelopes_of_an_earlier_run_do_not_outlive_a_refusal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    assert cli.main(arguments) == 0
+    (tmp_path / "reach_r1.c3d").write_bytes(b"not a recording")
+    assert cli.main(arguments) == 2
+    assert "refused   reach_r1" in capsys.readouterr().out
+    assert not list((tmp_path / "out").glob("reach_r1_emg*"))
+
+
+def test_a_participant_of_the_study_is_left_as_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "participant.yaml"
+    file.write_text("schema: participant/1\nscale: {}\n", encoding="utf-8")
+    arguments = ["lift.c3d", "--mvc", "mvc.c3d", "--map", "emg.yaml", "--out", str(tmp_path)]
+    assert cli.main(["emg", *arguments]) == 2
+    assert "participant.yaml: is of the study, which makes envelopes" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == "schema: participant/1\nscale: {}\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"EMG 5"', '"EMG 3"', "channels: infra, delt have the label 'EMG 3'"),
+        ("[[infra, delt]]", "[[infra, infra]]", "neighbours.0: .* expected: two different"),
+        ("delt:", '"delt,1":', "channels: .* expected: a name without spaces, commas"),
+        ("delt:", '"delt\\n":', "channels: .* expected: a name without spaces, commas"),
+    ],
+)
+def test_a_map_counts_no_electrode_twice_and_names_columns(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    text = EMG_MAP.partition("neighbours")[0] if new.startswith('"delt') else EMG_MAP
+    assert old in text
+    (tmp_path / "emg.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        read_emg_map(tmp_path / "emg.yaml")
 
 
 def test_unknown_muscles_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.laboratory.checks import Limits
 from scapulohumeral.laboratory.convert import Outcome, Settings, convert_orientations
 from scapulohumeral.laboratory.motions.orientations import ISB_AXES, read_orientation_map
@@ -89,6 +90,21 @@ def test_sensors_are_turned_into_their_segments(tmp_path: Path) -> None:
     )
     assert outcome.converted is not None, outcome.refusal
     assert np.abs(np.rad2deg(outcome.converted.angles_rad - angles)).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("sensor", "said"),
+    [
+        ("humerus: [0, 0, 0, 0]", r"sensor_in_segment.humerus: \[0, 0, 0, 0\] has length 0;"),
+        ("scapula: [1, 0, 0, 0]", "sensor_in_segment.scapula: no such segment in segments"),
+    ],
+)
+def test_sensors_that_turn_nothing_are_refused(sensor: str, said: str, tmp_path: Path) -> None:
+    text = MAP.format(side="right").replace(" scapula: scap,", "")
+    file = tmp_path / "map.yaml"
+    file.write_text(f"{text}sensor_in_segment: {{{sensor}}}\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        read_orientation_map(file)
 
 
 def test_matrices_column_by_column_are_noticed(tmp_path: Path) -> None:

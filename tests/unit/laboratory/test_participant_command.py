@@ -5,10 +5,15 @@ from pathlib import Path
 import made_recordings as made
 import numpy as np
 import pytest
+import yaml
 
 from scapulohumeral import cli
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.recording.participant_file import find_participant, read_participant_file
 from scapulohumeral.laboratory.body_size import Body, scale_factors, segment_masses, total_mass
+from scapulohumeral.laboratory.participant import task_and_repeat
+from scapulohumeral.laboratory.record import read_channels, record_path, write_trial
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
@@ -74,6 +79,31 @@ def test_convert_writes_the_participant_of_a_diagnosis(tmp_path: Path) -> None:
     assert np.array(person.gravity_mps2) == pytest.approx(-9.80665 * up, abs=0.01)
 
 
+def test_a_further_conversion_keeps_what_the_participant_file_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """EMG and windows of trials, which emg and the person at the keyboard put there."""
+    arguments = session(tmp_path, ["reach_1", "reach_2"])
+    out = tmp_path / "out"
+    more = [*BODY, "--tasks", r"(?P<task>[a-z]+)_(?P<repeat>\d+)", "--out", str(out)]
+    first, second = (str(tmp_path / f"reach_{i}.c3d") for i in (1, 2))
+    assert cli.main(["convert", first, *arguments, *more, "--id", "ann"]) == 0
+    file = out / "participant.yaml"
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    document["emg"] = {"unit": "fraction_of_mvc", "channels": {"EMG_infra": ["infra"]}}
+    document["trials"]["reach_1"]["window_s"] = [0.1, 0.9]
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    assert cli.main(["convert", second, *arguments, *more, "--id", "ann"]) == 0
+    read = read_participant_file(file, "published")
+    assert read.participant.emg_channels == {"EMG_infra": ("infra",)}
+    assert read.trials["reach_1"].window_s == (0.1, 0.9)
+    assert read.trials["reach_2"].repeat == 2
+    before = file.read_bytes()
+    assert cli.main(["convert", second, *arguments, *more, "--id", "bob"]) == 2
+    assert "is of 'ann', for a diagnosis, and would be replaced" in capsys.readouterr().err
+    assert file.read_bytes() == before
+
+
 def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,7 +125,25 @@ def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None:
+def test_tables_that_convert_did_not_make_are_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Laboratories export analog signals as .csv beside the .c3d of the same name."""
+    arguments = session(tmp_path, ["reach"])
+    call = ["convert", str(tmp_path / "reach.c3d"), *arguments, "--out", str(tmp_path)]
+    analog = tmp_path / "reach.csv"
+    analog.write_text("time_s,EMG_V\n0,0\n", encoding="utf-8")
+    assert cli.main(call) == 2
+    assert "reach.csv: is there without reach.recording.json" in capsys.readouterr().err
+    assert analog.read_text(encoding="utf-8") == "time_s,EMG_V\n0,0\n"
+    analog.unlink()
+    assert cli.main(call) == 0
+    assert cli.main(call) == 0, "its own table is replaced"
+
+
+def test_a_participant_of_the_study_is_read_by_the_study(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments = session(tmp_path, ["static", "frontal", "reach"])
     out, people = tmp_path / "out", tmp_path / "people"
     files = [str(tmp_path / f"{name}.c3d") for name in ("frontal", "reach")]
@@ -103,7 +151,13 @@ def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None
     trials = [str(out / "frontal.csv"), str(out / "reach.csv")]
     more = ["--trials", *trials, "--out", str(people), "--id", "ann", *BODY]
     static = ["--static", str(tmp_path / "static.c3d")]
+    record = record_path(out / "reach.csv")
+    sound = record.read_text(encoding="utf-8")
+    record.write_text(sound.replace('"usable": true', '"usable": false'), encoding="utf-8")
     assert cli.main(["participant", *static, *arguments, *more]) == 0
+    said = capsys.readouterr().out
+    assert "note      reach: has a fault" in said
+    assert "note      frontal" not in said
     person = read_participant(people, "ann")
     assert set(person.trials) == {"frontal", "reach"}
     assert person.body_mass_kg == 60.0
@@ -111,6 +165,37 @@ def test_a_participant_of_the_study_is_read_by_the_study(tmp_path: Path) -> None
     assert person.gravity_mps2 == pytest.approx(
         tuple(-9.80665 * made.TO_LABORATORY.T @ [0.0, 0.0, 1.0]), abs=0.01
     )
+    assert read_channels(people / "ann" / "frontal.csv")["SC_x"].status == "estimated"
+    # What its own comment asks for outlives a further call, of one of the trials.
+    file = people / "ann" / "participant.yaml"
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    document["trials"]["reach"] |= {"hand_load_kg": 2.0, "daily_task": True}
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    record.unlink()
+    more[1:3] = [str(out / "reach.csv")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 0
+    again = read_participant(people, "ann").trials
+    assert set(again) == {"frontal", "reach"}
+    assert (again["reach"].hand_load_kg, again["reach"].daily_task) == (2.0, True)
+    assert again["frontal"].hand_load_kg == 0.0
+    assert read_channels(people / "ann" / "reach.csv")["SC_x"].status == "measured"
+
+
+def test_a_participant_that_the_study_cannot_use_is_not_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A broken one would stop the study of all others."""
+    arguments = session(tmp_path, ["static"])
+    angles = made.arm_angles()
+    for name, rate in (("frontal", 100.0), ("slow", 10.0)):
+        motion = Motion(np.arange(len(angles)) / rate, angles)
+        write_trial(tmp_path / f"{name}.csv", motion)
+    trials = [str(tmp_path / f"{name}.csv") for name in ("frontal", "slow")]
+    more = ["--trials", *trials, "--out", str(tmp_path / "people"), "--id", "ann", *BODY]
+    static = ["--static", str(tmp_path / "static.c3d")]
+    assert cli.main(["participant", *static, *arguments, *more]) == 2
+    assert f"{trials[1]}: cut-off 6.0 Hz; expected" in capsys.readouterr().err
+    assert not (tmp_path / "people").exists()
 
 
 @pytest.mark.parametrize(
@@ -141,3 +226,19 @@ def test_tasks_need_their_groups(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "expected groups (?P<task>...)" in capsys.readouterr().err
     assert cli.main([*call, *BODY, "--tasks", r"(?P<task>x+)(?P<repeat>\d)"]) == 2
     assert "fits none of reach_1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "said"),
+    [
+        ("(?P<task>.+)_(?P<repeat>.+)", "finds the repeat 'a' in reach_a"),
+        ("(?P<task>.+)_a(?P<repeat>[0-9])?", "finds the repeat '' in reach_a"),
+        ("(?P<task>x)?.*(?P<repeat>[0-9])", "finds no task in reach_0"),
+        ("(?P<task>[a-z]+)_(?P<repeat>[0-9]+)", "finds the repeat '0' in reach_0"),
+    ],
+)
+def test_tasks_and_repeats_are_those_that_a_diagnosis_reads(pattern: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        task_and_repeat(pattern, ["reach_a", "reach_0"])
+    found = task_and_repeat("(?P<task>.+)_(?P<repeat>[0-9]+)", ["reach_01"])
+    assert found == {"reach_01": {"task": "reach", "repeat": 1}}

@@ -19,14 +19,17 @@ CONFIG = yaml.safe_load((CONFIG_FOLDER / "config.yaml").read_text(encoding="utf-
 @pytest.fixture(name="people")
 def people_fixture(tmp_path: Path) -> Path:
     """Two participants with the three elevations, one of them with daily tasks too."""
-    for name in ("par2", "par3"):
-        shutil.copytree(CONFIG_FOLDER / "participants" / name, tmp_path / name)
+    for name, published in (("ann", "par2"), ("bob", "par3")):
+        shutil.copytree(CONFIG_FOLDER / "participants" / published, tmp_path / name)
+        file = tmp_path / name / "participant.yaml"
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace(f"id: {published}", f"id: {name}"), encoding="utf-8")
     return tmp_path
 
 
 def test_trials_that_all_have_are_tracked(people: Path) -> None:
     asked = own_study(people, [], ["healthy_generic"], "own", CONFIG)
-    assert asked["participants"] == ["par2", "par3"]
+    assert asked["participants"] == ["ann", "bob"]
     assert asked["planes"] == ["frontal", "scapular", "sagittal"]
     assert asked["participants_folder"] == str(people)
     assert asked["prediction"]["predict"] == ["healthy_generic"]
@@ -37,7 +40,7 @@ def test_trials_that_all_have_are_tracked(people: Path) -> None:
 @pytest.mark.parametrize(
     ("trials", "predict", "said"),
     [
-        (["lifting"], [], "--trials lifting: expected trials that all of par2, par3 have"),
+        (["lifting"], [], "--trials lifting: expected trials that all of ann, bob have"),
         ([], ["healthy"], "--predict healthy: expected healthy_generic"),
     ],
 )
@@ -46,6 +49,17 @@ def test_what_cannot_be_asked_is_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=said):
         own_study(people, trials, predict, "own", CONFIG)
+
+
+def test_names_of_the_published_study_are_refused(people: Path) -> None:
+    """Results and reports are told apart by names alone."""
+    with pytest.raises(ConfigError, match="--report report: is that of the published study"):
+        own_study(people, [], [], "report", CONFIG)
+    (people / "ann").rename(people / "par2")
+    with pytest.raises(ConfigError, match="par2 as in the published study"):
+        own_study(people, [], [], "own", CONFIG)
+    published = own_study(CONFIG_FOLDER / "participants", [], [], "own", CONFIG)
+    assert published["participants"] == CONFIG["participants"]
 
 
 def test_a_folder_without_participants_is_refused(tmp_path: Path) -> None:

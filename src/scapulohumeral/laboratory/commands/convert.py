@@ -109,7 +109,7 @@ def _write_participant(
     if options.tasks and len(trials) < len(names):
         print("no task by --tasks:", *(name for name in names if name not in trials))
     person = participant.Person(
-        options.id or "participant", body_of(options), scale_factors(points, tables), gravity
+        _id(options), body_of(options), scale_factors(points, tables), gravity
     )
     written = participant.write_diagnosis_participant(options.out, person, tables, trials)
     print(f"participant of a diagnosis: {written}")
@@ -117,13 +117,15 @@ def _write_participant(
 
 def run(options: argparse.Namespace, command: str) -> int:
     """Convert, write, and say what was found; returns the exit code."""
-    from scapulohumeral.laboratory.convert import summary, write_outcomes, written_files
-    from scapulohumeral.laboratory.folders import check_kept, make_folder
+    from scapulohumeral.laboratory.convert import check_written, summary, write_outcomes
+    from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.laboratory.page import render_page
     from scapulohumeral.model.tables import read_tables
 
     _check_person(options)
-    check_kept((*options.recordings, options.map), written_files(options.out, options.recordings))
+    if options.smooth_hz is not None and not options.smooth_hz > 0.0:
+        raise ConfigError(f"--smooth-hz {options.smooth_hz}: expected above 0 Hz. Raise it.")
+    check_written(options.out, options.recordings, options.map)
     make_folder(options.out)
     tables = read_tables(options.tables)
     outcomes = _outcomes(options, tables)
@@ -142,10 +144,10 @@ def _check_person(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    ConfigError                      mass without height, a name or tasks without either, or a
-                                     pattern of tasks that fits no recording
+    ConfigError                      mass without height, a name or tasks without either, the file
+                                     of somebody else, or a pattern of tasks that fits no recording
     """
-    from scapulohumeral.laboratory.participant import task_and_repeat
+    from scapulohumeral.laboratory.participant import read_earlier, task_and_repeat
 
     given = {"--body-mass": options.body_mass, "--height": options.height}
     missing = [name for name, value in given.items() if value is None]
@@ -159,8 +161,13 @@ def _check_person(options: argparse.Namespace) -> None:
             "participant file is made. Add what is missing, or leave the others out."
         )
     body_of(options)
+    read_earlier(options.out, _id(options), of_study=False)
     if options.tasks:
         task_and_repeat(options.tasks, [file.stem for file in options.recordings])
+
+
+def _id(options: argparse.Namespace) -> str:
+    return options.id or "participant"
 
 
 def progress(line: str) -> None:

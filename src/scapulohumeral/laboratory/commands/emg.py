@@ -51,17 +51,21 @@ def run(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.laboratory.folders import make_folder
     from scapulohumeral.model.tables import read_tables
 
+    emg_files.check_participant(options.out)
+    tables = _tables(options)
     make_folder(options.out)
     emg_map = emg_files.read_emg_map(options.map)
     emg_files.check_muscles(emg_map, read_tables(MODEL_TABLES).active_groups)
     pipeline = emg_files.read_pipeline(options.config)
     contractions = emg_files.read_contractions(options.mvc, emg_map, pipeline)
     written: list[set[str]] = []
-    for file in options.recordings:
+    for file, table in tables.items():
         print(file.name, file=sys.stderr, flush=True)
+        # Envelopes of an earlier run must not pass for those of this.
+        table.unlink(missing_ok=True)
+        emg_files.quality_path(table).unlink(missing_ok=True)
         try:
             trial = emg_files.process_trial(file, contractions, emg_map, pipeline)
-            table = options.out / f"{file.stem}_emg.csv"
             names = emg_files.write_emg(table, trial, options.keep_faulty)
         except DataError as error:
             print(f"refused   {file.stem}: {error}")
@@ -76,6 +80,25 @@ def run(options: argparse.Namespace, command: str) -> int:
     _set_up(options, emg_map, written)
     complete = all(names == set(emg_map.labels) for names in written)
     return 0 if complete and len(written) == len(options.recordings) else REFUSED
+
+
+def _tables(options: argparse.Namespace) -> dict[Path, Path]:
+    """Recording -> table of its envelopes, none of which replaces a recording or a foreign file.
+
+    Raises
+    ------
+    DataError                        two recordings have the same name
+    ConfigError                      a file would be lost
+    """
+    from scapulohumeral.laboratory.emg_files import quality_path
+    from scapulohumeral.laboratory.folders import check_kept, check_names, check_own
+
+    check_names("recordings", [file.stem for file in options.recordings])
+    tables = {file: options.out / f"{file.stem}_emg.csv" for file in options.recordings}
+    written = (*tables.values(), *map(quality_path, tables.values()))
+    check_kept((*options.recordings, *options.mvc, options.map), written)
+    check_own(tables.values(), quality_path)
+    return tables
 
 
 def _set_up(options: argparse.Namespace, emg_map: EmgMap, written: list[set[str]]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,8 @@ EXAMPLES = """example:
   scapulohumeral participant --static session1/static.c3d --map markers.yaml --id ann
       --body-mass 68 --height 1.70 --trials trials/frontal.csv trials/reach.csv --out participants
 
-makes participants/ann/participant.yaml with copies of the trials: a participant of the study.
+makes participants/ann/participant.yaml with copies of the trials and their records: a participant
+of the study.
 """
 
 
@@ -65,30 +65,33 @@ def run(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.laboratory.markers.frames import thorax_frame
     from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
     from scapulohumeral.laboratory.markers.marker_map import read_marker_map
-    from scapulohumeral.laboratory.participant import Person, mean_gravity, write_study_participant
+    from scapulohumeral.laboratory.participant import (
+        Person,
+        gravity_of_records,
+        mean_gravity,
+        write_study_participant,
+    )
+    from scapulohumeral.laboratory.record import read_record, record_path
     from scapulohumeral.model.tables import read_tables
 
     body, tables = body_of(options), read_tables(options.tables)
     calibration = calibrate(read_marker_map(options.map), tables)
     statics = [read_landmarks(file, calibration) for file in options.static]
     scale = scale_factors([static.points for static in statics], tables)
-    gravity = _recorded_gravity(options.trials) or mean_gravity(
+    records = {table: read_record(table) for table in options.trials}
+    # That of the trials themselves, as far as their records hold it.
+    gravity = gravity_of_records(list(records.values())) or mean_gravity(
         [(thorax_frame(static.points), static.up) for static in statics]
     )
     person = Person(options.id, body, scale, gravity)
     check_names("trials", [table.stem for table in options.trials])
     trials = {table.stem: table for table in options.trials}
     path = write_study_participant(options.out, person, tables, trials)
+    for table, record in records.items():
+        if not record.get("usable", True):
+            print(f"note      {table.stem}: has a fault, see findings of {record_path(table)}")
     print(f"{path}: {len(trials)} trials; scale factors", *_listed(scale))
     return 0
-
-
-def _recorded_gravity(trials: Sequence[Path]) -> tuple[float, ...] | None:
-    """Mean gravity over the trials themselves, as far as their records hold it."""
-    from scapulohumeral.laboratory.participant import gravity_of_records
-    from scapulohumeral.laboratory.record import read_record
-
-    return gravity_of_records([read_record(table) for table in trials])
 
 
 def _listed(scale: dict[str, float]) -> list[str]:

@@ -114,8 +114,8 @@ def own_study(
 
     Raises
     ------
-    ConfigError                      no participants, no common trials, or a condition that cannot
-                                     be predicted without EMG
+    ConfigError                      no participants, no common trials, a condition that cannot be
+                                     predicted without EMG, or a name of the published study
     """
     from scapulohumeral.model.participant import read_participant
     from scapulohumeral.model.participant_file import list_participants
@@ -125,6 +125,7 @@ def own_study(
         raise ConfigError(
             f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
         )
+    _check_published(folder, names, report, config)
     recorded = {name: list(read_participant(folder, name).trials) for name in names}
     common = _common_trials(recorded, trials)
     _check_predictable(config["prediction"]["conditions"], predict)
@@ -148,6 +149,22 @@ def own_study(
         },
         "diagnose": [],
     }
+
+
+def _check_published(
+    folder: Path, names: Sequence[str], report: str, config: Mapping[str, Any]
+) -> None:
+    """Refuse names of the published study: results and reports are told apart by nothing else."""
+    if report == config["report"]:
+        raise ConfigError(
+            f"--report {report}: is that of the published study; expected another name. Rename it."
+        )
+    same = sorted({*names} & {*config["participants"]})
+    if same and folder != (REPOSITORY / config["participants_folder"]).resolve():
+        raise ConfigError(
+            f"{folder}: {', '.join(same)} as in the published study, whose results would be "
+            "replaced; expected other names. Rename the folders, and id in each participant.yaml."
+        )
 
 
 def _common_trials(recorded: Mapping[str, list[str]], wanted: Sequence[str]) -> list[str]:

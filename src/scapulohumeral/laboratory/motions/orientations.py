@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.files import uniform_rate
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
 from scapulohumeral.laboratory.trial import Segments
@@ -97,6 +97,7 @@ def read_orientation_map(path: Path) -> OrientationMap:
     """
     document = read_map(path, ORIENTATION_MAP_SCHEMA)
     sensors = document.get("sensor_in_segment", {})
+    _check_sensors(path, sensors, document["segments"])
     return OrientationMap(
         path=path,
         side=document["side"],
@@ -104,6 +105,25 @@ def read_orientation_map(path: Path) -> OrientationMap:
         segments=document["segments"],
         sensors={name: quaternion_to_matrix(np.array(q)) for name, q in sensors.items()},
     )
+
+
+def _check_sensors(
+    path: Path, sensors: Mapping[str, list[float]], segments: Mapping[str, str]
+) -> None:
+    """Refuse sensors of segments that are not read, and quaternions that are no rotation."""
+    for name, quaternion in sensors.items():
+        place = f"{path}, sensor_in_segment.{name}"
+        if name not in segments:
+            raise ConfigError(
+                f"{place}: no such segment in segments; expected {', '.join(segments)}. Add its "
+                "name in the columns, or leave the sensor out."
+            )
+        length = float(np.linalg.norm(quaternion))
+        if abs(length - 1.0) > ROTATION_TOLERANCE:
+            raise ConfigError(
+                f"{place}: {quaternion} has length {length:.3g}; expected a quaternion of length "
+                "one, scalar first. Correct the numbers."
+            )
 
 
 def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:

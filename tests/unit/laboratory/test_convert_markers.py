@@ -17,6 +17,7 @@ from scapulohumeral.laboratory.girdle_rules import (
     regressed_girdle,
 )
 from scapulohumeral.laboratory.joint_angles import elbow_flexion
+from scapulohumeral.laboratory.markers.files import read_markers
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
 from scapulohumeral.laboratory.markers.landmarks import calibrate
 from scapulohumeral.laboratory.markers.marker_map import read_marker_map
@@ -57,6 +58,19 @@ def test_joint_angles_come_back(tmp_path: Path, suffix: str, unit: str) -> None:
     assert np.abs(error[:, :9]).max() < 0.02
     # The hinge of the elbow and the midpoint of the epicondyles part by 8 mm.
     assert np.abs(error[:, 9]).max() < 0.05
+
+
+def test_times_rounded_to_milliseconds_are_read_as_uniform_ones(tmp_path: Path) -> None:
+    file = tmp_path / "trial.trc"
+    made.write_trc(file, made.marked(made.landmarks(made.arm_angles(), MODEL)))
+    head, body = file.read_text().splitlines()[:5], file.read_text().splitlines()[5:]
+    head[2] = head[2].replace("100.0", "120.00")
+    rows = [row.split("\t") for row in body]
+    rows = ["\t".join([row[0], f"{k / 120.0:.3f}", *row[2:]]) for k, row in enumerate(rows)]
+    file.write_text("\n".join([*head, *rows]) + "\n")
+    markers = read_markers(file)
+    assert markers.rate_hz == pytest.approx(120.0, rel=1e-4)
+    assert np.diff(markers.time_s) == pytest.approx(1.0 / 120.0, rel=1e-4)
 
 
 def test_elbow_of_a_hinge_that_is_turned_about_all_axes() -> None:

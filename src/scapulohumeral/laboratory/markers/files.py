@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.csv_table import check_increasing, number, read_rows, read_text
+from scapulohumeral.model.csv_table import number, read_rows, read_text, uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-# Time steps may differ by this share of their mean, as rounded time stamps do.
-STEP_TOLERANCE = 0.02
+# The rate in a header may differ from that of the times by this share, as rounded ones do.
+RATE_TOLERANCE = 0.02
 CSV_COLUMN = re.compile(r"(?P<marker>.+)_(?P<axis>[xyz])_(?P<unit>m|cm|mm)")
 TRC_HEADER_LINES = 5
 
@@ -153,7 +153,7 @@ def _read_trc(path: Path) -> Markers:
     body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
     width = 2 + 3 * len(names)
     table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
-    rate = uniform_rate(path, table[:, 1], "Time", first_row=6)
+    rate = uniform_rate(path, "Time", table[:, 1], first_row=6)
     _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
@@ -163,7 +163,7 @@ def _read_trc(path: Path) -> Markers:
 def _check_rate(path: Path, written: str, rate_hz: float) -> None:
     """Refuse a header that contradicts the times of the frames."""
     stated = _cell(path, 3, written)
-    if not abs(stated - rate_hz) <= STEP_TOLERANCE * rate_hz:
+    if not abs(stated - rate_hz) <= RATE_TOLERANCE * rate_hz:
         raise DataError(
             f"{path}, row 3, DataRate: {written.strip()} Hz, but the column Time has {rate_hz:.2f} "
             "frames per second. Correct the one that is wrong: speeds hang on it."
@@ -213,31 +213,6 @@ def _read_csv(path: Path) -> Markers:
         [[_cell(path, i, row[name]) for name in wanted] for i, row in enumerate(rows, start=2)]
     )
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
-    rate = uniform_rate(path, time, TIME_COLUMN, first_row=2)
+    rate = uniform_rate(path, TIME_COLUMN, time)
     points = table.reshape(len(table), len(names), 3) * METRES[unit]
     return Markers(path, names, float(time[0]), rate, points, None, unit)
-
-
-def uniform_rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
-    """Frames per second of uniform times (T,) [s].
-
-    Parameters
-    ----------
-    path, column, first_row : where the times stand: file, column, number of the first data row
-
-    Raises
-    ------
-    DataError                        times do not increase, or their steps differ; names the row
-    """
-    check_increasing(path, column, time_s, first_row)
-    if len(time_s) < 2:
-        raise DataError(f"{path}: {len(time_s)} frames; expected at least two. Record longer.")
-    steps = np.diff(time_s)
-    uneven = np.flatnonzero(np.abs(steps - steps.mean()) > STEP_TOLERANCE * steps.mean())
-    if uneven.size:
-        row = int(uneven[0]) + first_row + 1
-        raise DataError(
-            f"{path}, row {row}, column {column}: {steps[uneven[0]]:.5f} s after the row before; "
-            f"expected {steps.mean():.5f} s throughout. Resample it; rows without data must stay."
-        )
-    return float(1.0 / steps.mean())

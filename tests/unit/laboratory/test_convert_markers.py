@@ -18,6 +18,7 @@ from scapulohumeral.laboratory.girdle_rules import (
 )
 from scapulohumeral.laboratory.joint_angles import elbow_flexion
 from scapulohumeral.laboratory.markers.files import read_markers
+from scapulohumeral.laboratory.markers.gaps import fill_gaps
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
 from scapulohumeral.laboratory.markers.landmarks import calibrate
 from scapulohumeral.laboratory.markers.marker_map import read_marker_map
@@ -129,6 +130,28 @@ def test_short_gaps_are_filled_and_reported(tmp_path: Path) -> None:
     assert outcome.source is not None
     [gap] = outcome.source.gaps
     assert (gap.marker, gap.first, gap.last) == ("mAI", 51, 70)
+
+
+@pytest.mark.parametrize("rate_hz", [100, 200, 500, 1000])
+def test_noise_of_single_frames_does_not_grow_in_a_gap(rate_hz: int) -> None:
+    time = np.arange(rate_hz) / rate_hz
+    true = 0.2 * np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), time])
+    rng = np.random.default_rng(1)
+    inside = slice(2 * rate_hz // 5, 3 * rate_hz // 5)
+    worst = []
+    for _ in range(5):
+        noisy = true + 2e-4 * rng.standard_normal(true.shape)
+        noisy[inside] = np.nan
+        filled, _ = fill_gaps(Path("trial.c3d"), "mAI", noisy, rate_hz)
+        worst.append(np.linalg.norm(filled - true, axis=1)[inside].max())
+    assert np.median(worst) < 2e-3
+
+
+def test_a_gap_with_hardly_a_frame_beside_it_is_refused() -> None:
+    points = np.full((40, 3), np.nan)
+    points[::13] = 0.1
+    with pytest.raises(DataError, match=r"marker mAI, frames 2 to 13: not seen, and in only 2 of"):
+        fill_gaps(Path("trial.c3d"), "mAI", points, 100.0)
 
 
 def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:

@@ -154,27 +154,52 @@ def test_a_gap_with_hardly_a_frame_beside_it_is_refused() -> None:
         fill_gaps(Path("trial.c3d"), "mAI", points, 100.0)
 
 
-def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:
-    angles = made.arm_angles()
-    points = made.landmarks(angles, MODEL)
-    scapula = made.segments(angles, MODEL)["scapula_r"]
+CLUSTER_MAP = made.MAP.format(side="right") + (
+    "static: static.c3d\nclusters: {acromion: {markers: [mK1, mK2, mK3],"
+    " landmarks: [AA, TS, AI]}}\n"
+)
+
+
+def with_cluster(angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Landmarks, and three markers of a cluster on the acromion."""
+    place, turn = made.segments(angles, MODEL)["scapula_r"]
     cluster = {
-        name: (scapula[0] + scapula[1] @ np.array(place)) @ made.TO_LABORATORY.T + made.PLACE
-        for name, place in (
+        name: (place + turn @ np.array(local)) @ made.TO_LABORATORY.T + made.PLACE
+        for name, local in (
             ("K1", [-0.03, 0.02, 0.05]), ("K2", [-0.07, 0.03, 0.06]), ("K3", [-0.05, 0.06, 0.05]),
         )
     }  # fmt: skip
+    return made.landmarks(angles, MODEL) | cluster
+
+
+def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
     made.write_c3d(
-        tmp_path / "static.c3d",
-        made.marked({name: p[:20] for name, p in (points | cluster).items()}),
+        tmp_path / "static.c3d", made.marked({name: p[:20] for name, p in points.items()})
     )
-    text = made.MAP.format(side="right") + (
-        "static: static.c3d\nclusters: {acromion: {markers: [mK1, mK2, mK3],"
-        " landmarks: [AA, TS, AI]}}\n"
-    )
-    moving = made.without(points, ("AA", "TS", "AI")) | cluster
-    outcome = convert(tmp_path, moving, text=text)
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI")), text=CLUSTER_MAP)
     assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+def test_swaying_with_hidden_markers_does_not_bend_a_cluster(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
+    turn = Rotation.from_rotvec(np.outer(np.linspace(0.0, 0.3, 40), [0.0, 0.0, 1.0])).as_matrix()
+    sway = np.linspace(0.0, 1.0, 40)[:, None] * [0.06, 0.0, 0.0]
+    static = {name: np.einsum("tij,j->ti", turn, p[0]) + sway for name, p in points.items()}
+    static["AI"][25:] = np.nan
+    static["K2"][:10] = np.nan
+    made.write_c3d(tmp_path / "static.c3d", made.marked(static))
+    moving = made.without(points, ("AA", "TS", "AI"))
+    outcome = convert(tmp_path, moving, text=CLUSTER_MAP)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+    static["K2"][:25] = np.nan
+    made.write_c3d(tmp_path / "static.c3d", made.marked(static))
+    with pytest.raises(
+        DataError, match="static.c3d, cluster acromion: no frame shows mAI and all of mK1"
+    ):
+        convert(tmp_path, moving, text=CLUSTER_MAP)
 
 
 def test_a_functional_centre_is_where_the_arm_turns(tmp_path: Path) -> None:

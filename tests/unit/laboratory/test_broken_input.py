@@ -172,7 +172,7 @@ TABLE = [
     Broken("uneven rate", uneven_time, "column time_s: "),
     Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
     Broken("other encoding", other_encoding, "trial.trc: byte 25 is no text in UTF-8. Save"),
-    Broken("text among numbers", text_cell, "'lost' is not a number"),
+    Broken("text among numbers", text_cell, "row 10, column mIJ_z_mm: 'lost' is not a number"),
     Broken("not a C3D file", empty_file, "not a C3D file"),
     Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
     Broken(

@@ -74,6 +74,14 @@ def test_times_rounded_to_milliseconds_are_read_as_uniform_ones(tmp_path: Path) 
     assert np.diff(markers.time_s) == pytest.approx(1.0 / 120.0, rel=1e-4)
 
 
+def test_text_in_a_cell_of_a_marker_is_refused_with_its_column(tmp_path: Path) -> None:
+    file = tmp_path / "trial.trc"
+    made.write_trc(file, {"mIJ": np.ones((3, 3)), "mC7": np.full((3, 3), 2.0)})
+    file.write_text(file.read_text().replace("2000.000000", "lost", 1))
+    with pytest.raises(DataError, match=r"trial.trc, row 6, column mC7 X: 'lost' is not"):
+        read_markers(file)
+
+
 def test_elbow_of_a_hinge_that_is_turned_about_all_axes() -> None:
     hinge = replace(MODEL.joints["hu"], orientation_rad=(0.2, -0.1, 0.3))
     model = replace(MODEL, joints={**MODEL.joints, "hu": hinge})

@@ -150,9 +150,10 @@ def _read_trc(path: Path) -> Markers:
     unit = settings.get("Units", "").strip()
     scale = _metres(path, unit, "row 3, Units")
     names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
+    columns = ["Frame#", "Time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
     body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
-    width = 2 + 3 * len(names)
-    table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
+    rows = [_trc_row(path, i, line, columns) for i, line in body]
+    table = np.array(rows).reshape(-1, len(columns))
     rate = uniform_rate(path, "Time", table[:, 1], first_row=6)
     _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
@@ -162,7 +163,7 @@ def _read_trc(path: Path) -> Markers:
 
 def _check_rate(path: Path, written: str, rate_hz: float) -> None:
     """Refuse a header that contradicts the times of the frames."""
-    stated = _cell(path, 3, written)
+    stated = _cell(path, 3, "DataRate", written)
     if not abs(stated - rate_hz) <= RATE_TOLERANCE * rate_hz:
         raise DataError(
             f"{path}, row 3, DataRate: {written.strip()} Hz, but the column Time has {rate_hz:.2f} "
@@ -170,7 +171,8 @@ def _check_rate(path: Path, written: str, rate_hz: float) -> None:
         )
 
 
-def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:
+def _trc_row(path: Path, row: int, line: str, columns: Sequence[str]) -> list[float]:
+    width = len(columns)
     cells = line.rstrip("\r\n").split("\t")
     # A tab after the last number is common, and so are missing cells of unseen markers at the end.
     cells = (cells + [""] * width)[:width] if not any(c.strip() for c in cells[width:]) else cells
@@ -179,17 +181,18 @@ def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:
             f"{path}, row {row}: {len(cells)} cells; expected {width} for the markers named in "
             "row 4. Export the recording again."
         )
-    return [_cell(path, row, cell) for cell in cells]
+    return [_cell(path, row, name, cell) for name, cell in zip(columns, cells, strict=True)]
 
 
-def _cell(path: Path, row: int, text: str) -> float:
+def _cell(path: Path, row: int, column: str, text: str) -> float:
     if not text.strip():
         return np.nan
     try:
         return float(text)
     except ValueError:
         raise DataError(
-            f"{path}, row {row}: '{text}' is not a number. Write a decimal number with a point."
+            f"{path}, row {row}, column {column}: '{text}' is not a number. "
+            "Write a decimal number with a point."
         ) from None
 
 
@@ -210,7 +213,10 @@ def _read_csv(path: Path) -> Markers:
     if missing:
         raise DataError(f"{path}, row 1: missing column {', '.join(missing)}. Add it.")
     table = np.array(
-        [[_cell(path, i, row[name]) for name in wanted] for i, row in enumerate(rows, start=2)]
+        [
+            [_cell(path, i, name, row[name]) for name in wanted]
+            for i, row in enumerate(rows, start=2)
+        ]
     )
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
     rate = uniform_rate(path, TIME_COLUMN, time)

@@ -106,10 +106,15 @@ def read_landmarks(path: Path, calibration: Calibration) -> Landmarks:
 
     Raises
     ------
-    DataError                        a missing marker, a gap that cannot be filled, a wrong unit, or
-                                     an arm on the other side; names file, marker and frame
+    DataError                        a missing marker, a gap that cannot be filled, a wrong unit, an
+                                     arm on the other side, or one frame; names file, marker, frame
     """
     markers = read_markers(path)
+    if len(markers.points_m) < 2:
+        raise DataError(
+            f"{path}: one frame, which is a posture and no motion; expected at least two. "
+            "Export the whole recording, or name this one under static in the marker map."
+        )
     points, gaps = _bony_points(markers, calibration)
     _check_size(markers, points)
     if calibration.marker_map.side == "left":

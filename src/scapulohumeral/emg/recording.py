@@ -14,13 +14,12 @@ import numpy as np
 
 from scapulohumeral.emg.signal_table import read_signals, write_signals
 from scapulohumeral.errors import DataError
+from scapulohumeral.model.csv_table import uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
 # A 4 Hz envelope has settled after a quarter of a second; shorter recordings are all ends.
 SHORTEST_S = 1.0
-# Time steps may differ by this share of their mean, as rounded time stamps do.
-STEP_TOLERANCE = 0.02
 VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
 
 
@@ -93,17 +92,8 @@ def write_recording(path: Path, recording: Recording) -> None:
 
 def _read_csv(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:
     time, volts, simulated = read_signals(path, [f"{name}_V" for name in channels])
-    steps = np.diff(time)
-    mean = steps.mean() if len(steps) else 0.0
-    uneven = np.flatnonzero(np.abs(steps - mean) > STEP_TOLERANCE * mean)
-    if uneven.size:
-        row = int(uneven[0]) + 3
-        raise DataError(
-            f"{path}, row {row}, column {TIME_COLUMN}: {steps[row - 3]:.6f} s after the row "
-            f"before; expected {mean:.6f} s throughout. Write times with more digits, or fill gaps."
-        )
-    rate = 1.0 / mean if mean else np.inf
-    return Recording(str(path), tuple(channels), float(time[0]), float(rate), volts, simulated)
+    rate = uniform_rate(path, TIME_COLUMN, time)
+    return Recording(str(path), tuple(channels), float(time[0]), rate, volts, simulated)
 
 
 def _read_c3d(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:

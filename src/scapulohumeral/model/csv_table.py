@@ -15,6 +15,10 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 
+# Time steps may differ by this share of their mean, as the clocks of recorders do.
+STEP_TOLERANCE = 0.02
+# Largest number of decimals of times that count as rounded.
+MOST_DECIMALS = 6
 Row = dict[str, str]
 
 
@@ -192,3 +196,46 @@ def check_increasing(path: Path, column: str, time_s: np.ndarray, first_row: int
             f"{path}, row {first_row + i}, column {column}: {time_s[i]} s does not follow "
             f"{time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
         )
+
+
+def uniform_rate(path: Path, column: str, time_s: np.ndarray, first_row: int = 2) -> float:
+    """Rows per second of uniform times, or of uniform times that were rounded for the table.
+
+    Parameters
+    ----------
+    path, column, time_s, first_row : as `check_increasing`
+
+    Raises
+    ------
+    DataError                        times do not increase, or their steps differ; names the row
+    """
+    check_increasing(path, column, time_s, first_row)
+    if len(time_s) < 2:
+        raise DataError(
+            f"{path}: {len(time_s)} rows of data; expected at least two. Record longer."
+        )
+    steps = np.diff(time_s)
+    mean = float(steps.mean())
+    uneven = np.abs(steps / mean - 1.0)
+    if uneven.max() <= STEP_TOLERANCE:
+        return 1.0 / mean
+    count = np.arange(len(time_s))
+    line = np.polynomial.Polynomial.fit(count, time_s, 1)
+    # Rounding moves every time by half a last digit at most, and never makes room for a lost row.
+    if np.abs(time_s - line(count)).max() > 0.6 * _last_digit(time_s) or uneven.max() > 0.5:
+        # The first of the worst: two steps about one wrong time differ by as much.
+        worst = int(np.argmax(np.round(uneven, 3)))
+        raise DataError(
+            f"{path}, row {first_row + worst + 1}, column {column}: {steps[worst]:.6f} s after the "
+            f"row before; expected {mean:.6f} s throughout. Resample it, or write times with more "
+            "digits; rows without data must stay."
+        )
+    return float(1.0 / line.convert().coef[1])
+
+
+def _last_digit(time_s: np.ndarray) -> float:
+    """Worth of the last decimal that the times were rounded to; 0 if they were not."""
+    for decimals in range(MOST_DECIMALS + 1):
+        if np.abs(time_s - np.round(time_s, decimals)).max() < 1e-9:
+            return float(10.0**-decimals)
+    return 0.0

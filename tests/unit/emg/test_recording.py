@@ -49,6 +49,13 @@ def test_csv_round_trip(table: Path) -> None:
     assert not recording.simulated
 
 
+def test_times_of_four_decimals_are_uniform_at_1500_hz(tmp_path: Path) -> None:
+    path = tmp_path / "raw.csv"
+    rows = [f"{k / 1500.0:.4f},1e-4,2e-4" for k in range(2400)]
+    path.write_text("\n".join(["time_s,infraspinatus_V,anterior_deltoid_V", *rows]))
+    assert read_recording(path, CHANNELS).rate_hz == pytest.approx(1500.0, rel=1e-6)
+
+
 def test_simulated_recording_says_so_in_every_row(tmp_path: Path) -> None:
     path = tmp_path / "raw.csv"
     write_recording(path, Recording("test", CHANNELS, 0.0, 2000.0, signals(), simulated=True))

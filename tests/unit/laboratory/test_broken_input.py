@@ -105,6 +105,11 @@ def one_frame_lost(session: Session) -> None:
     points["C7"][40] = keep
 
 
+def single_frame(session: Session) -> None:
+    """The export holds a posture instead of the motion."""
+    session.points.update({name: p[:1] for name, p in session.points.items()})
+
+
 def loose_skin(session: Session) -> None:
     """The wrist slides along the forearm."""
     slide = 0.04 * np.sin(np.linspace(0, 20, made.FRAMES))[:, None]
@@ -166,13 +171,14 @@ TABLE = [
     Broken("gap at the end", gap("AI", slice(110, None), np.nan), "at the end of the recording"),
     Broken("zero-filled gap", gap("US", slice(30, 60), 0.0), "marker mUS, frames 31 to 60"),
     Broken("never seen", gap("US", slice(None), 0.0), "marker mUS: not seen in any of 120 frames"),
+    Broken("one frame", single_frame, "trial.c3d: one frame, which is a posture and no motion"),
     Broken("clavicle jumps", jump, "clavicle_jumps"),
     Broken("skin slides", loose_skin, "segment_length_varies: forearm", code=0),
     Broken("wrong vertical", lying_down, "thorax_tilted"),
     Broken("uneven rate", uneven_time, "column time_s: "),
     Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
     Broken("other encoding", other_encoding, "trial.trc: byte 25 is no text in UTF-8. Save"),
-    Broken("text among numbers", text_cell, "'lost' is not a number"),
+    Broken("text among numbers", text_cell, "row 10, column mIJ_z_mm: 'lost' is not a number"),
     Broken("not a C3D file", empty_file, "not a C3D file"),
     Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
     Broken(

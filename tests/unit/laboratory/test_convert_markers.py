@@ -17,6 +17,8 @@ from scapulohumeral.laboratory.girdle_rules import (
     regressed_girdle,
 )
 from scapulohumeral.laboratory.joint_angles import elbow_flexion
+from scapulohumeral.laboratory.markers.files import read_markers
+from scapulohumeral.laboratory.markers.gaps import fill_gaps
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
 from scapulohumeral.laboratory.markers.landmarks import calibrate
 from scapulohumeral.laboratory.markers.marker_map import read_marker_map
@@ -57,6 +59,27 @@ def test_joint_angles_come_back(tmp_path: Path, suffix: str, unit: str) -> None:
     assert np.abs(error[:, :9]).max() < 0.02
     # The hinge of the elbow and the midpoint of the epicondyles part by 8 mm.
     assert np.abs(error[:, 9]).max() < 0.05
+
+
+def test_times_rounded_to_milliseconds_are_read_as_uniform_ones(tmp_path: Path) -> None:
+    file = tmp_path / "trial.trc"
+    made.write_trc(file, made.marked(made.landmarks(made.arm_angles(), MODEL)))
+    head, body = file.read_text().splitlines()[:5], file.read_text().splitlines()[5:]
+    head[2] = head[2].replace("100.0", "120.00")
+    rows = [row.split("\t") for row in body]
+    rows = ["\t".join([row[0], f"{k / 120.0:.3f}", *row[2:]]) for k, row in enumerate(rows)]
+    file.write_text("\n".join([*head, *rows]) + "\n")
+    markers = read_markers(file)
+    assert markers.rate_hz == pytest.approx(120.0, rel=1e-4)
+    assert np.diff(markers.time_s) == pytest.approx(1.0 / 120.0, rel=1e-4)
+
+
+def test_text_in_a_cell_of_a_marker_is_refused_with_its_column(tmp_path: Path) -> None:
+    file = tmp_path / "trial.trc"
+    made.write_trc(file, {"mIJ": np.ones((3, 3)), "mC7": np.full((3, 3), 2.0)})
+    file.write_text(file.read_text().replace("2000.000000", "lost", 1))
+    with pytest.raises(DataError, match=r"trial.trc, row 6, column mC7 X: 'lost' is not"):
+        read_markers(file)
 
 
 def test_elbow_of_a_hinge_that_is_turned_about_all_axes() -> None:
@@ -117,27 +140,74 @@ def test_short_gaps_are_filled_and_reported(tmp_path: Path) -> None:
     assert (gap.marker, gap.first, gap.last) == ("mAI", 51, 70)
 
 
-def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:
-    angles = made.arm_angles()
-    points = made.landmarks(angles, MODEL)
-    scapula = made.segments(angles, MODEL)["scapula_r"]
+@pytest.mark.parametrize("rate_hz", [100, 200, 500, 1000])
+def test_noise_of_single_frames_does_not_grow_in_a_gap(rate_hz: int) -> None:
+    time = np.arange(rate_hz) / rate_hz
+    true = 0.2 * np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), time])
+    rng = np.random.default_rng(1)
+    inside = slice(2 * rate_hz // 5, 3 * rate_hz // 5)
+    worst = []
+    for _ in range(5):
+        noisy = true + 2e-4 * rng.standard_normal(true.shape)
+        noisy[inside] = np.nan
+        filled, _ = fill_gaps(Path("trial.c3d"), "mAI", noisy, rate_hz)
+        worst.append(np.linalg.norm(filled - true, axis=1)[inside].max())
+    assert np.median(worst) < 2e-3
+
+
+def test_a_gap_with_hardly_a_frame_beside_it_is_refused() -> None:
+    points = np.full((40, 3), np.nan)
+    points[::13] = 0.1
+    with pytest.raises(DataError, match=r"marker mAI, frames 2 to 13: not seen, and in only 2 of"):
+        fill_gaps(Path("trial.c3d"), "mAI", points, 100.0)
+
+
+CLUSTER_MAP = made.MAP.format(side="right") + (
+    "static: static.c3d\nclusters: {acromion: {markers: [mK1, mK2, mK3],"
+    " landmarks: [AA, TS, AI]}}\n"
+)
+
+
+def with_cluster(angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Landmarks, and three markers of a cluster on the acromion."""
+    place, turn = made.segments(angles, MODEL)["scapula_r"]
     cluster = {
-        name: (scapula[0] + scapula[1] @ np.array(place)) @ made.TO_LABORATORY.T + made.PLACE
-        for name, place in (
+        name: (place + turn @ np.array(local)) @ made.TO_LABORATORY.T + made.PLACE
+        for name, local in (
             ("K1", [-0.03, 0.02, 0.05]), ("K2", [-0.07, 0.03, 0.06]), ("K3", [-0.05, 0.06, 0.05]),
         )
     }  # fmt: skip
+    return made.landmarks(angles, MODEL) | cluster
+
+
+def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
     made.write_c3d(
-        tmp_path / "static.c3d",
-        made.marked({name: p[:20] for name, p in (points | cluster).items()}),
+        tmp_path / "static.c3d", made.marked({name: p[:20] for name, p in points.items()})
     )
-    text = made.MAP.format(side="right") + (
-        "static: static.c3d\nclusters: {acromion: {markers: [mK1, mK2, mK3],"
-        " landmarks: [AA, TS, AI]}}\n"
-    )
-    moving = made.without(points, ("AA", "TS", "AI")) | cluster
-    outcome = convert(tmp_path, moving, text=text)
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI")), text=CLUSTER_MAP)
     assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+def test_swaying_with_hidden_markers_does_not_bend_a_cluster(tmp_path: Path) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
+    turn = Rotation.from_rotvec(np.outer(np.linspace(0.0, 0.3, 40), [0.0, 0.0, 1.0])).as_matrix()
+    sway = np.linspace(0.0, 1.0, 40)[:, None] * [0.06, 0.0, 0.0]
+    static = {name: np.einsum("tij,j->ti", turn, p[0]) + sway for name, p in points.items()}
+    static["AI"][25:] = np.nan
+    static["K2"][:10] = np.nan
+    made.write_c3d(tmp_path / "static.c3d", made.marked(static))
+    moving = made.without(points, ("AA", "TS", "AI"))
+    outcome = convert(tmp_path, moving, text=CLUSTER_MAP)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+    static["K2"][:25] = np.nan
+    made.write_c3d(tmp_path / "static.c3d", made.marked(static))
+    with pytest.raises(
+        DataError, match="static.c3d, cluster acromion: no frame shows mAI and all of mK1"
+    ):
+        convert(tmp_path, moving, text=CLUSTER_MAP)
 
 
 def test_a_functional_centre_is_where_the_arm_turns(tmp_path: Path) -> None:

@@ -37,9 +37,9 @@ def isb_orientations(angles: np.ndarray) -> dict[str, np.ndarray]:
     return {NAMES[n]: made.TO_LABORATORY @ r @ ISB_AXES.T for n, r in frames.items()}
 
 
-def write(path: Path, frames: dict[str, np.ndarray], kind: str) -> None:
-    """Write orientations as a table of quaternions or matrices."""
-    columns = {"time_s": np.arange(made.FRAMES) / made.RATE_HZ}
+def write(path: Path, frames: dict[str, np.ndarray], kind: str, decimals: int = 9) -> None:
+    """Write orientations as a table of quaternions or matrices, at 120 Hz."""
+    columns = {"time_s": np.round(np.arange(made.FRAMES) / 120.0, decimals)}
     for name, r in frames.items():
         if kind == "matrix":
             cells = {f"{name}_r{i + 1}{j + 1}": r[:, i, j] for i in range(3) for j in range(3)}
@@ -105,6 +105,13 @@ def test_sensors_that_turn_nothing_are_refused(sensor: str, said: str, tmp_path:
     file.write_text(f"{text}sensor_in_segment: {{{sensor}}}\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=said):
         read_orientation_map(file)
+
+
+def test_rounded_times_become_uniform_ones(tmp_path: Path) -> None:
+    write(tmp_path / "trial.csv", isb_orientations(made.arm_angles()), "quaternion", decimals=3)
+    outcome = convert(tmp_path, MAP.format(side="right"))
+    assert outcome.converted is not None, outcome.refusal
+    assert np.diff(outcome.converted.time_s) == pytest.approx(1.0 / 120.0, rel=1e-4)
 
 
 def test_matrices_column_by_column_are_noticed(tmp_path: Path) -> None:

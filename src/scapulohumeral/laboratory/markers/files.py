@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.csv_table import check_increasing, number, read_rows, read_text
+from scapulohumeral.model.csv_table import number, read_rows, read_text, uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-# Time steps may differ by this share of their mean, as rounded time stamps do.
-STEP_TOLERANCE = 0.02
+# The rate in a header may differ from that of the times by this share, as rounded ones do.
+RATE_TOLERANCE = 0.02
 CSV_COLUMN = re.compile(r"(?P<marker>.+)_(?P<axis>[xyz])_(?P<unit>m|cm|mm)")
 TRC_HEADER_LINES = 5
 
@@ -150,10 +150,11 @@ def _read_trc(path: Path) -> Markers:
     unit = settings.get("Units", "").strip()
     scale = _metres(path, unit, "row 3, Units")
     names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
+    columns = ["Frame#", "Time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
     body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
-    width = 2 + 3 * len(names)
-    table = np.array([_trc_row(path, i, line, width) for i, line in body]).reshape(-1, width)
-    rate = uniform_rate(path, table[:, 1], "Time", first_row=6)
+    rows = [_trc_row(path, i, line, columns) for i, line in body]
+    table = np.array(rows).reshape(-1, len(columns))
+    rate = uniform_rate(path, "Time", table[:, 1], first_row=6)
     _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
@@ -162,15 +163,16 @@ def _read_trc(path: Path) -> Markers:
 
 def _check_rate(path: Path, written: str, rate_hz: float) -> None:
     """Refuse a header that contradicts the times of the frames."""
-    stated = _cell(path, 3, written)
-    if not abs(stated - rate_hz) <= STEP_TOLERANCE * rate_hz:
+    stated = _cell(path, 3, "DataRate", written)
+    if not abs(stated - rate_hz) <= RATE_TOLERANCE * rate_hz:
         raise DataError(
             f"{path}, row 3, DataRate: {written.strip()} Hz, but the column Time has {rate_hz:.2f} "
             "frames per second. Correct the one that is wrong: speeds hang on it."
         )
 
 
-def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:
+def _trc_row(path: Path, row: int, line: str, columns: Sequence[str]) -> list[float]:
+    width = len(columns)
     cells = line.rstrip("\r\n").split("\t")
     # A tab after the last number is common, and so are missing cells of unseen markers at the end.
     cells = (cells + [""] * width)[:width] if not any(c.strip() for c in cells[width:]) else cells
@@ -179,17 +181,18 @@ def _trc_row(path: Path, row: int, line: str, width: int) -> list[float]:
             f"{path}, row {row}: {len(cells)} cells; expected {width} for the markers named in "
             "row 4. Export the recording again."
         )
-    return [_cell(path, row, cell) for cell in cells]
+    return [_cell(path, row, name, cell) for name, cell in zip(columns, cells, strict=True)]
 
 
-def _cell(path: Path, row: int, text: str) -> float:
+def _cell(path: Path, row: int, column: str, text: str) -> float:
     if not text.strip():
         return np.nan
     try:
         return float(text)
     except ValueError:
         raise DataError(
-            f"{path}, row {row}: '{text}' is not a number. Write a decimal number with a point."
+            f"{path}, row {row}, column {column}: '{text}' is not a number. "
+            "Write a decimal number with a point."
         ) from None
 
 
@@ -210,34 +213,12 @@ def _read_csv(path: Path) -> Markers:
     if missing:
         raise DataError(f"{path}, row 1: missing column {', '.join(missing)}. Add it.")
     table = np.array(
-        [[_cell(path, i, row[name]) for name in wanted] for i, row in enumerate(rows, start=2)]
+        [
+            [_cell(path, i, name, row[name]) for name in wanted]
+            for i, row in enumerate(rows, start=2)
+        ]
     )
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
-    rate = uniform_rate(path, time, TIME_COLUMN, first_row=2)
+    rate = uniform_rate(path, TIME_COLUMN, time)
     points = table.reshape(len(table), len(names), 3) * METRES[unit]
     return Markers(path, names, float(time[0]), rate, points, None, unit)
-
-
-def uniform_rate(path: Path, time_s: Array, column: str, first_row: int) -> float:
-    """Frames per second of uniform times (T,) [s].
-
-    Parameters
-    ----------
-    path, column, first_row : where the times stand: file, column, number of the first data row
-
-    Raises
-    ------
-    DataError                        times do not increase, or their steps differ; names the row
-    """
-    check_increasing(path, column, time_s, first_row)
-    if len(time_s) < 2:
-        raise DataError(f"{path}: {len(time_s)} frames; expected at least two. Record longer.")
-    steps = np.diff(time_s)
-    uneven = np.flatnonzero(np.abs(steps - steps.mean()) > STEP_TOLERANCE * steps.mean())
-    if uneven.size:
-        row = int(uneven[0]) + first_row + 1
-        raise DataError(
-            f"{path}, row {row}, column {column}: {steps[uneven[0]]:.5f} s after the row before; "
-            f"expected {steps.mean():.5f} s throughout. Resample it; rows without data must stay."
-        )
-    return float(1.0 / steps.mean())

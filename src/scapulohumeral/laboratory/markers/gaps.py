@@ -9,15 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import make_smoothing_spline
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
 
 # A gap as long as this holds less than a swing of the fastest arm motions, about 2 Hz.
 LONGEST_S = 0.2
-# Frames beside a gap that the curve over it follows.
-NEIGHBOURS = 10
+# The curve over a gap follows the frames of this time on both sides of it.
+BESIDE_S = 0.1
+# Faster motion than this is noise to the curve, which lets half of it through at this frequency:
+# a curve through every frame leaves them in the direction of the noise, the more so the closer
+# they stand.
+CORNER_HZ = 20.0
+# Fewest frames that such a curve is fitted to.
+FEWEST_FRAMES = 5
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class Gap:
 def fill_gaps(
     source: Path, marker: str, points: Array, rate_hz: float
 ) -> tuple[Array, tuple[Gap, ...]]:
-    """Fill gaps of at most `LONGEST_S` by a cubic spline through the frames beside them.
+    """Fill gaps of at most `LONGEST_S` by a smooth cubic spline along the frames beside them.
 
     A gap at the start or end of the recording is not filled: nothing holds the curve on its other
     side.
@@ -50,7 +56,7 @@ def fill_gaps(
 
     Raises
     ------
-    DataError                        a longer gap, or one at an end; names marker and frames
+    DataError                        a gap too long, at an end, or alone; names marker and frames
     """
     seen = np.isfinite(points).all(axis=1)
     if seen.all():
@@ -60,10 +66,19 @@ def fill_gaps(
         _refuse_long(source, gap, rate_hz, len(points))
     filled = points.copy()
     frames = np.arange(len(points))
+    reach = max(FEWEST_FRAMES, round(BESIDE_S * rate_hz))
+    # Weight of smoothness with which a smoothing spline halves a wave of the corner frequency.
+    weight = (rate_hz / (2.0 * np.pi * CORNER_HZ)) ** 4
     for gap in gaps:
-        near = seen & (frames >= gap.first - 1 - NEIGHBOURS) & (frames < gap.last + NEIGHBOURS)
+        near = seen & (frames >= gap.first - 1 - reach) & (frames < gap.last + reach)
+        if near.sum() < FEWEST_FRAMES:
+            raise DataError(
+                f"{_place(source, gap)}, and in only {near.sum()} of the frames beside them; "
+                f"expected {FEWEST_FRAMES} or more. Fill it in the software that recorded it."
+            )
         inside = slice(gap.first - 1, gap.last)
-        filled[inside] = CubicSpline(frames[near], points[near])(frames[inside])
+        curve = make_smoothing_spline(frames[near], points[near], lam=weight)
+        filled[inside] = curve(frames[inside])
     return filled, gaps
 
 
@@ -74,9 +89,13 @@ def find_gaps(marker: str, seen: np.ndarray) -> tuple[Gap, ...]:
     return tuple(Gap(marker, int(a) + 1, int(b)) for a, b in zip(starts, ends, strict=True))
 
 
+def _place(source: Path, gap: Gap) -> str:
+    return f"{source}, marker {gap.marker}, frames {gap.first} to {gap.last}: not seen"
+
+
 def _refuse_long(source: Path, gap: Gap, rate_hz: float, frames: int) -> None:
     length = (gap.last - gap.first + 1) / rate_hz
-    place = f"{source}, marker {gap.marker}, frames {gap.first} to {gap.last}: not seen"
+    place = _place(source, gap)
     if gap.first == 1 or gap.last == frames:
         raise DataError(
             f"{place} at the {'start' if gap.first == 1 else 'end'} of the recording, where a gap "

@@ -65,7 +65,7 @@ class Calibration:
     Attributes
     ----------
     marker_map, tables
-    templates : cluster -> (markers (K, 3), landmark -> (3,)), both in the axes of the static trial
+    templates : cluster -> (markers (K, 3), landmark -> (3,)), both in axes of the cluster
     centre : fitted glenohumeral centre in scapula axes from AA, or None
     """
 
@@ -106,10 +106,15 @@ def read_landmarks(path: Path, calibration: Calibration) -> Landmarks:
 
     Raises
     ------
-    DataError                        a missing marker, a gap that cannot be filled, a wrong unit, or
-                                     an arm on the other side; names file, marker and frame
+    DataError                        a missing marker, a gap that cannot be filled, a wrong unit, an
+                                     arm on the other side, or one frame; names file, marker, frame
     """
     markers = read_markers(path)
+    if len(markers.points_m) < 2:
+        raise DataError(
+            f"{path}: one frame, which is a posture and no motion; expected at least two. "
+            "Export the whole recording, or name this one under static in the marker map."
+        )
     points, gaps = _bony_points(markers, calibration)
     _check_size(markers, points)
     if calibration.marker_map.side == "left":
@@ -161,25 +166,49 @@ def _check_seen(markers: Markers, label: str, track: Array) -> None:
 def _template(
     marker_map: MarkerMap, cluster: Cluster, static: Markers
 ) -> tuple[Array, Mapping[str, Array]]:
-    """Mean places of a cluster and its landmarks in the static trial."""
+    """Mean places of a cluster and its landmarks in the static trial, in axes of the cluster.
 
-    def place(label: str) -> Array:
-        track = static.points_m[:, static.column(label)]
+    Means in laboratory axes would bend the cluster when a marker is hidden while the person sways.
+    """
+    labels = {name: marker_map.landmarks[name] for name in cluster.landmarks}
+    tracks = {
+        label: static.points_m[:, static.column(label)]
+        for label in [*cluster.markers, *(label for many in labels.values() for label in many)]
+    }
+    whole = np.isfinite([tracks[label] for label in cluster.markers]).all(axis=(0, 2))
+    for label, track in tracks.items():
         _check_seen(static, label, track)
-        return np.nanmean(track, axis=0)
-
-    cloud = np.array([place(label) for label in cluster.markers])
-    spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    for label, track in tracks.items():
+        if not np.isfinite(track[whole]).all(axis=1).any():
+            raise DataError(
+                f"{static.source}, cluster {cluster.name}: no frame shows {label} and all of "
+                f"{', '.join(cluster.markers)}. Record the static trial again, or map others."
+            )
+    cloud = np.stack([tracks[label][whole] for label in cluster.markers], axis=1)
+    spread = np.linalg.svd(cloud[0] - cloud[0].mean(axis=0), compute_uv=False)
     if spread[1] < 0.005:
         raise DataError(
             f"{static.source}, cluster {cluster.name}: markers {', '.join(cluster.markers)} lie "
             f"within {1e3 * spread[1]:.1f} mm of a line; expected a triangle. Add a marker."
         )
-    landmarks = {
-        name: np.mean([place(label) for label in marker_map.landmarks[name]], axis=0)
-        for name in cluster.landmarks
-    }
-    return cloud, landmarks
+    turns, centre = _turns(cloud[0], cloud), cloud.mean(axis=1)
+
+    def place(label: str) -> Array:
+        return np.nanmean(np.einsum("tji,tj->ti", turns, tracks[label][whole] - centre), axis=0)
+
+    landmarks = {name: _mean([place(label) for label in many]) for name, many in labels.items()}
+    return np.array([place(label) for label in cluster.markers]), landmarks
+
+
+def _turns(reference: Array, cloud: Array) -> Array:
+    """Rotations (T, 3, 3) of a cluster (K, 3) that fit it best to its markers (T, K, 3)."""
+    centred = reference - reference.mean(axis=0)
+    return np.array(
+        [
+            Rotation.align_vectors(frame - frame.mean(axis=0), centred)[0].as_matrix()
+            for frame in cloud
+        ]
+    )
 
 
 def _carried(template: tuple[Array, Mapping[str, Array]], cloud: Array) -> dict[str, Array]:
@@ -187,16 +216,13 @@ def _carried(template: tuple[Array, Mapping[str, Array]], cloud: Array) -> dict[
 
     Parameters
     ----------
-    template : markers (K, 3) and landmarks (3,) in the static trial
+    template : markers (K, 3) and landmarks (3,) in axes of the cluster
     cloud : array, shape (T, K, 3)   markers in the recording
     """
     reference, landmarks = template
     centre, moved = reference.mean(axis=0), cloud.mean(axis=1)
-    turns = [
-        Rotation.align_vectors(frame - middle, reference - centre)[0].as_matrix()
-        for frame, middle in zip(cloud, moved, strict=True)
-    ]
-    return {name: moved + np.array(turns) @ (p - centre) for name, p in landmarks.items()}
+    turns = _turns(reference, cloud)
+    return {name: moved + turns @ (p - centre) for name, p in landmarks.items()}
 
 
 def _check_size(markers: Markers, points: Mapping[str, Array]) -> None:

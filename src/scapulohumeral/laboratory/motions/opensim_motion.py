@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.errors import DataError, ModelError
-from scapulohumeral.laboratory.markers.files import uniform_rate
 from scapulohumeral.laboratory.markers.frames import HUMERUS, THORAX
 from scapulohumeral.laboratory.markers.landmarks import Landmarks
 from scapulohumeral.laboratory.markers.map_file import AXES, closed, read_map
 from scapulohumeral.laboratory.markers.marker_map import LANDMARKS
+from scapulohumeral.model.csv_table import uniform_rate
 
 PROCESS = "scapulohumeral.laboratory.motions.opensim_process"
 SUFFIXES = (".mot", ".sto")
@@ -128,7 +128,7 @@ def _motion(file: Path, found: Path, model_map: ModelMap) -> Landmarks | DataErr
         points = {name: arrays[name] for name in model_map.landmarks}
         missing = tuple(arrays["missing"].tolist())
     try:
-        rate = uniform_rate(file, time, "time", first_row=1)
+        rate = uniform_rate(file, "time", time, first_row=1)
     except DataError as error:
         return error
     up = np.eye(3)["xyz".index(model_map.up[1])] * (-1.0 if model_map.up[0] == "-" else 1.0)
@@ -136,4 +136,6 @@ def _motion(file: Path, found: Path, model_map: ModelMap) -> Landmarks | DataErr
         sign = np.ones(3)
         sign[0 if up[0] == 0.0 else 1] = -1.0
         points = {name: point * sign for name, point in points.items()}
+    # The times of the motion may be rounded ones.
+    time = time[0] + np.arange(len(time)) / rate
     return Landmarks(file, time, rate, points, up, "m", (), "landmark GH of the model", missing)

@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.laboratory.markers.files import uniform_rate
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
 from scapulohumeral.laboratory.trial import Segments
-from scapulohumeral.model.csv_table import read_numbers, read_rows
+from scapulohumeral.model.csv_table import read_numbers, read_rows, uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array, quaternion_to_matrix
 
@@ -139,7 +138,7 @@ def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:
     """
     header = tuple(read_rows(path, (TIME_COLUMN,))[0])
     time = read_numbers(path, (TIME_COLUMN,))[:, 0]
-    rate = uniform_rate(path, time, TIME_COLUMN, first_row=2)
+    rate = uniform_rate(path, TIME_COLUMN, time)
     laboratory = {
         segment: _rotation(path, header, name)
         @ orientation_map.sensors.get(segment, np.eye(3)).T
@@ -153,7 +152,8 @@ def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:
         inside = {name: mirror @ matrix @ mirror for name, matrix in inside.items()}
     clavicle = inside.get("clavicle")
     return Segments(
-        time_s=time,
+        # The times of the table may be rounded ones.
+        time_s=time[0] + np.arange(len(time)) / rate,
         rate_hz=rate,
         thorax=thorax,
         clavicle=None if clavicle is None else clavicle[:, :, 0],

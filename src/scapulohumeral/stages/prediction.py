@@ -30,7 +30,7 @@ from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import pose_to_trial
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.optimality.kkt import certificate
-from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import Result, Start
 from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters, without_force
@@ -225,9 +225,10 @@ def solve_prediction(
 
     A solve that fails is written too, sealed by its status; so is one whose arm has no solution.
     """
-    scene = _scene(condition, files, settings, allow_failed=True)
-    failed = _failed_tracking(files, settings)
-    if failed:
+    tracked = _tracked(files, settings, allow_failed=True)
+    scene = _scene(condition, files, settings, tracked)
+    failed = [motion.header["trial"] for motion in tracked if not motion.optimal]
+    if failed and settings.choices.arm == "own":
         posed = scene.posed(condition.capacity)
         result = _unsolved(posed, scene.composite, f"tracking of {', '.join(failed)} failed")
         solver_log.write_text(result.message + "\n", encoding="utf-8")
@@ -248,14 +249,6 @@ def solve_prediction(
     solver_log.write_text(progress, encoding="utf-8")
     result = replace(result, seconds=seconds, iterations=iterations)
     _write(scene, files, posed, result, solution, way.name)
-
-
-def _failed_tracking(files: PredictionFiles, settings: PredictionSettings) -> list[str]:
-    """Tracked motions whose solve failed, if the prediction would follow their arm."""
-    if settings.choices.arm != "own":
-        return []
-    tracked = [read_solution(path, allow_failed=True) for path in files.tracked]
-    return [motion.header["trial"] for motion in tracked if not motion.optimal]
 
 
 def _unsolved(posed: PosedProblem, composite: Composite, reason: str) -> Result:
@@ -279,7 +272,7 @@ def posing(
 
     For those of the files it is what :func:`solve_prediction` solves last.
     """
-    scene = _scene(condition, files, settings)
+    scene = _scene(condition, files, settings, _tracked(files, settings))
     return lambda muscles: replace(scene, muscles=muscles).posed(condition.capacity)
 
 
@@ -291,7 +284,7 @@ def girdle_held(
     The function takes a share of the tracking weight, with which clavicle and scapula follow the
     recording, or on a published arm the published prediction.
     """
-    scene = _scene(condition, files, settings)
+    scene = _scene(condition, files, settings, _tracked(files, settings))
     free = scene.posed(condition.capacity)
     if files.arm is not None:
         motion = published_pose(read_motion(files.arm), settings.solve.time_step_s)
@@ -299,16 +292,25 @@ def girdle_held(
     return free, lambda share: replace(scene.posed(condition.capacity, share), bounds=free.bounds)
 
 
+def _tracked(
+    files: PredictionFiles, settings: PredictionSettings, allow_failed: bool = False
+) -> list[Solution]:
+    """Tracked motions; `allow_failed` as in :func:`read_solution`."""
+    # On another arm only what was recorded is taken from tracking.
+    allowed = allow_failed or settings.choices.arm != "own"
+    return [read_solution(path, allowed) for path in files.tracked]
+
+
 def _scene(
     condition: Condition,
     files: PredictionFiles,
     settings: PredictionSettings,
-    allow_failed: bool = False,
+    tracked: Sequence[Solution],
 ) -> _Scene:
-    """Model, muscles and motion of a prediction; `allow_failed` as in :func:`read_solution`."""
+    """Model, muscles and motion of a prediction."""
     model = load_model(files.model)
     muscles = calibrated_muscles(model.record, files.channels, files.calibration)
-    composite, load = _followed(model, muscles, files, settings, allow_failed)
+    composite, load = _followed(model, muscles, files, settings, tracked)
     return _Scene(model, composite, muscles, condition, settings, load)
 
 
@@ -317,14 +319,12 @@ def _followed(
     muscles: MuscleParameters,
     files: PredictionFiles,
     settings: PredictionSettings,
-    allow_failed: bool,
+    tracked: Sequence[Solution],
 ) -> tuple[Composite, float]:
     """The arm motion that is followed, a start near it, and what the hand holds [kg]."""
-    step, own = settings.solve.time_step_s, settings.choices.arm == "own"
-    # On another arm only what was recorded is taken from tracking.
-    tracked = [read_solution(path, allow_failed or not own) for path in files.tracked]
+    step = settings.solve.time_step_s
     motions = [on_mesh(motion, step) for motion in tracked]
-    if own:
+    if settings.choices.arm == "own":
         composite = compose(motions, step, settings.pause_s)
         return composite, held_load(files.model, composite.nodes)
     if files.arm is None:

@@ -5,9 +5,10 @@ Letters: C channels, G virtual muscle groups, M muscle elements.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,25 @@ from scapulohumeral.model.csv_table import Row, read_rows
 from scapulohumeral.model.rotations import Array
 
 COLUMNS = ("channel", "group", "scaled_muscle", "elements", "neighbours")
+
+
+def neighbours_of(name: Mapping[str, Any]) -> dict[str, Any]:
+    """JSON Schema of pairs of channels with cross-talk; `name` is that of the name of a channel.
+
+    One for maps of a laboratory and participant files of a diagnosis: the former become the latter.
+    """
+    return {
+        "type": "array",
+        "items": {
+            "type": "array",
+            "items": name,
+            "minItems": 2,
+            "maxItems": 2,
+            "uniqueItems": True,
+            "description": "two different channels",
+        },
+        "description": "pairs of channels between which cross-talk is possible",
+    }
 
 
 @dataclass(frozen=True)

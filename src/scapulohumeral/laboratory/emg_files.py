@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
 
 from scapulohumeral.configuration.check import read_config
-from scapulohumeral.documents import read_mapping
+from scapulohumeral.emg.channels import neighbours_of
 from scapulohumeral.emg.envelope import (
     Envelopes,
     EnvelopeSettings,
@@ -33,7 +32,11 @@ from scapulohumeral.emg.recording import Recording, read_recording
 from scapulohumeral.emg.signal_table import write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.map_file import closed, read_map
-from scapulohumeral.laboratory.participant import PARTICIPANT_FILE, PARTICIPANT_KEYS, is_of_study
+from scapulohumeral.laboratory.participant import (
+    PARTICIPANT_FILE,
+    is_of_study,
+    participant_document,
+)
 from scapulohumeral.model.rotations import Array
 
 # Names become columns of a table: no separator, quote or line break.
@@ -65,18 +68,7 @@ EMG_MAP_SCHEMA = closed(
             ),
             "description": "channel: {label: ..., muscles: [...]}",
         },
-        "neighbours": {
-            "type": "array",
-            "items": {
-                "type": "array",
-                "items": _NAME,
-                "minItems": 2,
-                "maxItems": 2,
-                "uniqueItems": True,
-                "description": "two different channels",
-            },
-            "description": "pairs of channels between which cross-talk is possible",
-        },
+        "neighbours": neighbours_of(_NAME),
         "delay_s": {
             "type": "number",
             "minimum": -600,
@@ -88,6 +80,8 @@ EMG_MAP_SCHEMA = closed(
     "schema",
     "channels",
 )
+# What to do about a participant file of a diagnosis that cannot be read.
+MAKE_AGAIN = "Make it again: scapulohumeral convert."
 # What makes an envelope meaningless; above the MVC it is only too large.
 SPOILING = ("clipping", "mains_hum", "dead")
 
@@ -327,7 +321,7 @@ def check_participant(folder: Path) -> None:
     ------
     ConfigError                      names the participant file
     """
-    if is_of_study(_participant(folder) or {}):
+    if is_of_study(participant_document(folder, MAKE_AGAIN) or {}):
         raise ConfigError(
             f"{folder / PARTICIPANT_FILE}: is of the study, which makes envelopes itself; expected "
             "the folder of converted trials as --out. Name raw recordings in this file under emg: "
@@ -335,19 +329,12 @@ def check_participant(folder: Path) -> None:
         )
 
 
-def _participant(folder: Path) -> dict[str, Any] | None:
-    """Content of the participant file in a folder, if there is one."""
-    path = folder / PARTICIPANT_FILE
-    if not path.is_file():
-        return None
-    return read_mapping(path, PARTICIPANT_KEYS, "Make it again: scapulohumeral convert.")
-
-
 def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
     """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
-    document, path = _participant(folder), folder / PARTICIPANT_FILE
+    document = participant_document(folder, MAKE_AGAIN)
     if document is None:
         return None
+    path = folder / PARTICIPANT_FILE
     text = path.read_text(encoding="utf-8")
     pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
     document["emg"] = {

@@ -30,7 +30,6 @@ from scapulohumeral.model.tables import ModelTables
 GRAVITY_MPS2 = 9.80665
 SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
-PARTICIPANT_KEYS = "'schema: participant/1' and others"
 # A repeat in the name of a trial: a number from 1 on, which may begin with zeros.
 REPEAT = "0*[1-9][0-9]*"
 # Common for recordings of markers on skin.
@@ -117,6 +116,24 @@ def _task_and_repeat(pattern: str, match: re.Match[str]) -> dict[str, Any]:
     return {"task": task, "repeat": int(repeat)}
 
 
+def participant_document(folder: Path, remedy: str) -> dict[str, Any] | None:
+    """Content of the participant file in a folder, if there is one.
+
+    Parameters
+    ----------
+    folder : of the file
+    remedy : what to do about a file that cannot be read, as a sentence
+
+    Raises
+    ------
+    ConfigError                      it cannot be read
+    """
+    path = folder / PARTICIPANT_FILE
+    if not path.is_file():
+        return None
+    return read_mapping(path, "'schema: participant/1' and others", remedy)
+
+
 def read_earlier(folder: Path, person_id: str, of_study: bool) -> dict[str, Any]:
     """What the participant file in a folder says of a person already; empty if there is none.
 
@@ -130,17 +147,17 @@ def read_earlier(folder: Path, person_id: str, of_study: bool) -> dict[str, Any]
     ------
     ConfigError                      the file is of somebody else, or of the other kind
     """
-    path = folder / PARTICIPANT_FILE
-    if not path.is_file():
+    document = participant_document(folder, "Correct the line named, or move the file.")
+    if document is None:
         return {}
-    document = read_mapping(path, PARTICIPANT_KEYS, "Correct the line named, or move the file.")
     kinds = {True: "the study", False: "a diagnosis"}
     found = (document.get("id"), kinds[is_of_study(document)])
     expected = (person_id, kinds[of_study])
     if found != expected:
         raise ConfigError(
-            f"{path}: is of '{found[0]}', for {found[1]}, and would be replaced; expected "
-            f"'{expected[0]}', for {expected[1]}. Correct --id, or name another folder as --out."
+            f"{folder / PARTICIPANT_FILE}: is of '{found[0]}', for {found[1]}, and would be "
+            f"replaced; expected '{expected[0]}', for {expected[1]}. Correct --id, or name another "
+            "folder as --out."
         )
     return document
 

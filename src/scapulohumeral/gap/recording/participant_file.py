@@ -18,6 +18,7 @@ from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
+from scapulohumeral.laboratory.participant import is_of_study
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA, SCALED_SEGMENTS
 from scapulohumeral.model.tables import read_tables
 
@@ -92,7 +93,7 @@ def read_participant_file(path: Path, masses: str) -> ParticipantFile:
     ConfigError                      names file, key, and what was expected
     """
     document = _read_yaml(path)
-    if "scale" in document:
+    if is_of_study(document):
         _check(path, document, PARTICIPANT_SCHEMA)
         _check_gravity(path, document["gravity_in_thorax_mps2"])
         return ParticipantFile(_study_participant(document, masses), {}, path)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from scapulohumeral.emg.channels import neighbours_of
+
 _NAME = {"type": "string", "pattern": "^EMG_[^/+ >]+$", "description": "a column EMG_<channel>"}
 _SIZE = {
     "generic": {"const": True},
@@ -37,18 +39,7 @@ _EMG = _closed(
             },
         },
         "unit": {"enum": ["fraction_of_mvc", "fraction_of_shared_max", "fraction_of_max"]},
-        "neighbours": {
-            "type": "array",
-            "items": {
-                "type": "array",
-                "items": _NAME,
-                "minItems": 2,
-                "maxItems": 2,
-                "uniqueItems": True,
-                "description": "two different channels",
-            },
-            "description": "pairs of channels between which cross-talk is possible",
-        },
+        "neighbours": neighbours_of(_NAME),
     },
     "channels",
     "unit",

@@ -13,7 +13,7 @@ from scapulohumeral.gap.explained import Explained, explain
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, others_of
 from scapulohumeral.gap.isolation.held_out import log_predictive, log_predictive_of_others
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.isolation.laplace import fit, task_agreement
+from scapulohumeral.gap.isolation.laplace import TaskAmplitude, fit, task_agreement
 from scapulohumeral.gap.isolation.misfit import misfit
 from scapulohumeral.gap.isolation.movement import movement_fit
 from scapulohumeral.gap.isolation.search import Explanations
@@ -85,7 +85,7 @@ class Judged:
     apart: np.ndarray
     groups: list[list[str]]
     agreement: float | None
-    by_task: list[tuple[str, float, float]]
+    by_task: list[TaskAmplitude]
     explained: Explained | None
     left: LeftOver | None
     undecided: str
@@ -118,7 +118,7 @@ def judge(
     best = next(f for f in fits if f.label == p.first)
     weighing = posterior.heard(weighing, case)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
-    agreement, by_task = _agreement(best, c, error)
+    agreement, by_task = _agreement(best, c, error, weighing.temperature)
     explained = explain(best, evidence, case.misfit, seed) if present else None
     left, against, untold = None, "", ""
     if present:
@@ -235,12 +235,12 @@ def _scores(
 
 
 def _agreement(
-    best: Fit, c: Residual, error: float
-) -> tuple[float | None, list[tuple[str, float, float]]]:
+    best: Fit, c: Residual, error: float, temperature: float
+) -> tuple[float | None, list[TaskAmplitude]]:
     """Whether all tasks ask for one amplitude; another movement may differ between them."""
     if best.label == MOVED:
         return None, []
-    return task_agreement(best.hypothesis, c, error)
+    return task_agreement(best.hypothesis, c, error, temperature)
 
 
 def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> float:

@@ -12,7 +12,7 @@ import hashlib
 import json
 import logging
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -36,7 +36,10 @@ from scapulohumeral.gap.recording.fit_together import (
 from scapulohumeral.gap.recording.marks import unmeasured
 from scapulohumeral.gap.recording.one_movement import aligned, stated
 from scapulohumeral.gap.recording.participant_file import (
+    ParticipantFile,
+    by_file,
     check_groups,
+    check_windows,
     find_participant,
     read_participant_file,
 )
@@ -144,18 +147,14 @@ def read_case(request: Request, config: Config) -> Case:
     ------
     ConfigError, DataError           names file, row, column, what was expected, and the remedy
     """
-    path = request.participant or find_participant(request.tests, request.references)
-    file = read_participant_file(path, config["model"]["masses"])
+    masses = config["model"]["masses"]
+    file = read_participant_file(request.participant or find_participant(request.tests), masses)
     check_groups(file.participant, MODEL_TABLES)
-    notes: list[str] = []
-    sides: list[list[GapTrial]] = []
-    for files in (request.tests, request.references):
-        paths, skipped = trial_files(files)
-        check_entries(file.path, file.trials, paths)
-        trials, ignored = read_trials(paths, file.trials)
-        sides.append(trials)
-        notes += [*skipped, *ignored]
-    test, reference = sides
+    (tests, notes), (references, skipped) = map(trial_files, (request.tests, request.references))
+    notes += skipped
+    described = [(file, references)] if request.participant else by_file(references, file, masses)
+    check_windows(file, tests, [path for own, paths in described if own is file for path in paths])
+    test, reference = _read([(file, tests)], notes), _read(described, notes)
     case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
     check_tasks(case)
     check_repeats(case)
@@ -166,6 +165,19 @@ def read_case(request: Request, config: Config) -> Case:
     if request.one_movement:
         return stated(case)
     return case if request.simulated else aligned(case)
+
+
+def _read(
+    described: Sequence[tuple[ParticipantFile, Sequence[Path]]], notes: list[str]
+) -> list[GapTrial]:
+    """Trials of one side, by the participant files that describe them; `notes` gets remarks."""
+    trials = []
+    for file, paths in described:
+        check_entries(file.path, file.trials, paths)
+        read, ignored = read_trials(paths, file.trials)
+        trials += read
+        notes += ignored
+    return trials
 
 
 def settings_hash(config: Config, settings: GapSettings) -> str:
@@ -261,7 +273,7 @@ def _completed(
             *not_compared(case),
             *unlike_others(case),
             *unlike_envelopes(case),
-            *unmeasured(case.trials),
+            *unmeasured(case.compared),
         ),
         hashes=hashes,
     )

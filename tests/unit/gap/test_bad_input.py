@@ -188,12 +188,17 @@ def two_people(folder: Path) -> list[str]:
     return ["TESTS", str(folder / TEST), str(write_csv(elevation(), other / "lift_r3.csv"))]
 
 
-def other_reference(folder: Path) -> list[str]:
-    """Reference trials beside the participant file of somebody else."""
-    beside = folder / "elsewhere"
-    beside.mkdir()
-    write_participant(beside, id="other")
-    return ["--reference", str(write_csv(elevation(peak_deg=58.0), beside / REFERENCE))]
+def other_reference(name: str = REFERENCE, **changes: object) -> Callable[[Path], list[str]]:
+    """A reference trial in a folder of its own, with its own participant file if it changes."""
+
+    def spoil(folder: Path) -> list[str]:
+        beside = folder / "elsewhere"
+        beside.mkdir()
+        if changes:
+            write_participant(beside, **changes)
+        return ["--reference", str(write_csv(elevation(peak_deg=58.0), beside / name))]
+
+    return spoil
 
 
 def same_repeat(folder: Path) -> list[str]:
@@ -383,8 +388,25 @@ KINDS = (
         f"trials.{TEST}: no such trial", "without the suffix"),
     Bad("entry in capital letters", person(trials={"Lift_R1": {"task": "reach"}}),
         "trials.Lift_R1: no such trial; expected 'lift_r1'", "Rename the entry"),
-    Bad("reference of another person", other_reference, "id: 'other'; expected 'anna'",
-        "with --participant"),
+    Bad("number as the name of a trial", person(trials={101: {"task": "lift"}}),
+        "participant.yaml, trials: the name 101 is no text (YAML reads int)", "in quotes: '101'"),
+    Bad("reference of another person", other_reference(id="other"),
+        "id: other; expected anna", "with --participant"),
+    Bad("reference of another size",
+        other_reference(model={"generic": True, "body_mass_kg": 80, "height_m": 1.9}),
+        "elsewhere/participant.yaml, model:", "with --participant"),
+    Bad("reference in another posture",
+        other_reference(gravity_in_thorax_mps2=[9.80665, 0.0, 0.0]),
+        "elsewhere/participant.yaml, gravity_in_thorax_mps2:", "with --participant"),
+    Bad("reference with EMG of another unit",
+        other_reference(emg={"channels": {"EMG_infra": ["infra"]}, "unit": "fraction_of_max"}),
+        "elsewhere/participant.yaml, emg.unit: fraction_of_max", "with --participant"),
+    Bad("reference with other electrodes",
+        other_reference(emg={"channels": {"EMG_infra": ["supra"]}, "unit": "fraction_of_mvc"}),
+        "elsewhere/participant.yaml, emg.channels.EMG_infra:", "with --participant"),
+    Bad("one window for two trials", every(other_reference(TEST),
+        person(trials={"lift_r1": {"window_s": [0.4, 2.4]}})),
+        "participant.yaml, trials.lift_r1.window_s: of ", "into the folder of each side"),
     Bad("task in capital letters", person(trials={"lift_r1": {"task": "Lift"}}),
         "tasks 'Lift' and 'lift' differ", "expected one name"),
     Bad("the same repeat twice", same_repeat, "repeat 1 of task 'lift', as is", "other tasks"),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -23,6 +24,8 @@ from scapulohumeral.gap.residual.residual import Residual
 # Least squares are repeated with new errors until parameters change by less than this share of
 # their prior spread, at most so often.
 REWEIGHTINGS, SETTLED = 12, 0.01
+# A task that tells of an amplitude less than this share of what its prior does, tells nothing.
+LEAST_OF_PRIOR = 0.05
 
 
 def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fit:
@@ -206,23 +209,38 @@ def no_gap_evidence(residual: Residual) -> float:
     return density - residual.log_volume
 
 
+class TaskAmplitude(NamedTuple):
+    """What one task alone tells of the primary amplitude: task, internal value, standard error."""
+
+    task: str
+    x: float
+    sd: float
+
+
 def task_agreement(
-    hypothesis: Hypothesis, residual: Residual, relative_error: float
-) -> tuple[float | None, list[tuple[str, float, float]]]:
+    hypothesis: Hypothesis, residual: Residual, relative_error: float, temperature: float
+) -> tuple[float | None, list[TaskAmplitude]]:
     """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
+
+    The prior says the same in every task, so it is taken out of what each one tells. Standard
+    errors are tempered like probabilities.
 
     Returns
     -------
-    p : None with one task
-    rows : task, internal primary amplitude and its standard error
+    p : None where fewer than two tasks tell anything
+    rows : of the tasks that tell something
     """
+    prior = hypothesis.prior_sd[0] ** -2.0
     rows = []
     for task in residual.tasks:
         part = fit(hypothesis.part(residual.rows([task])), residual.part([task]), relative_error)
-        rows.append((task, float(part.x[0]), float(np.sqrt(part.covariance[0, 0]))))
+        variance = part.covariance[0, 0]
+        told = 1.0 / variance - prior
+        if told > LEAST_OF_PRIOR * prior:
+            value = float(part.unbounded[0] / variance / told)
+            rows.append(TaskAmplitude(task, value, float(np.sqrt(temperature / told))))
     if len(rows) < 2:
         return None, rows
-    values, errors = np.array([row[1:] for row in rows]).T
-    weights = 1.0 / errors**2
-    mean = np.sum(weights * values) / weights.sum()
+    values, weights = np.array([row.x for row in rows]), np.array([row.sd**-2.0 for row in rows])
+    mean = np.average(values, weights=weights)
     return float(chi2.sf(np.sum(weights * (values - mean) ** 2), len(rows) - 1)), rows

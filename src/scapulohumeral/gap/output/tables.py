@@ -23,6 +23,7 @@ from scapulohumeral.gap.detection.presence import DifferenceMap
 from scapulohumeral.gap.detection.regions import EnteringCurve, repeated_points
 from scapulohumeral.gap.isolation.channel_gains import gain_factors
 from scapulohumeral.gap.isolation.hypothesis import Fit
+from scapulohumeral.gap.isolation.laplace import TaskAmplitude
 from scapulohumeral.gap.recording.observables import channel_unit
 from scapulohumeral.gap.residual.residual import Residual
 
@@ -136,17 +137,19 @@ def isolability_table(fits: Sequence[Fit], apart: np.ndarray) -> pd.DataFrame:
     )
 
 
-def amplitude_table(best: Fit, by_task: Sequence[tuple[str, float, float]]) -> pd.DataFrame:
-    """Primary amplitude fitted to each task alone, with its 95 % interval."""
+def amplitude_table(best: Fit, by_task: Sequence[TaskAmplitude]) -> pd.DataFrame:
+    """Primary amplitude by each task alone that tells of it, with its 95 % interval."""
     param = best.hypothesis.effects[0].params[0]
     rows = []
     for task, x, sd in by_task:
-        low, high = sorted(param.physical(x + sign * 1.96 * sd) for sign in (-1.0, 1.0))
+        ends = np.clip([x - 1.96 * sd, x, x + 1.96 * sd], *param.bounds)
+        low, value, high = (param.physical(float(end)) for end in ends)
+        low, high = sorted((low, high))
         rows.append(
             AmplitudeRow(
                 task=task,
                 parameter=param.name,
-                value=param.physical(x),
+                value=value,
                 low=low,
                 high=high,
                 unit=param.unit,

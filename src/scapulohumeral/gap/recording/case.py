@@ -177,9 +177,17 @@ class Case:
         return tuple(dict.fromkeys(trial.task for trial in self.test))
 
     @property
+    def compared(self) -> tuple[GapTrial, ...]:
+        """Trials of the tasks that both sides have; all without reference trials."""
+        if not self.reference:
+            return self.test
+        both = {trial.task for trial in self.reference}.intersection(self.tasks)
+        return tuple(trial for trial in self.trials if trial.task in both)
+
+    @property
     def channels(self) -> tuple[str, ...]:
-        """EMG channels that every trial has and the participant maps to muscles, alphabetically."""
-        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in self.trials]
+        """EMG channels of every trial compared that the participant maps to muscles, sorted."""
+        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in self.compared]
         return tuple(sorted(set(self.participant.emg_channels).intersection(*recorded)))
 
     @property
@@ -200,14 +208,16 @@ class Case:
         )
 
     def _largest_emg(self, trials: Sequence[GapTrial]) -> Array:
-        """Largest value of each of :attr:`channels` in some trials, which all have them."""
-        each = [trial.emg.of(self.channels) for trial in trials if trial.emg is not None]
+        """Largest value of each of :attr:`channels` in those of some trials that have them all."""
+        every = set(self.channels)
+        series = [trial.emg for trial in trials if trial.emg is not None]
+        each = [emg.of(self.channels) for emg in series if every <= set(emg.channels)]
         return np.concatenate(each).max(axis=0)
 
     @property
     def has_contact(self) -> bool:
-        """Whether every trial has a measured contact force."""
-        return all(trial.contact is not None for trial in self.trials)
+        """Whether every trial compared has a measured contact force."""
+        return all(trial.contact is not None for trial in self.compared)
 
 
 def make_case(

@@ -128,16 +128,17 @@ def unlike_envelopes(case: Case) -> list[str]:
     """Why EMG that is compared may be no envelopes over one maximum, a sentence each."""
     if not case.channels:
         return []
-    series = {trial.name: trial.emg for trial in case.trials if trial.emg is not None}
+    # Trials of both sides may have the same name.
+    series = [(trial.name, trial.emg) for trial in case.compared if trial.emg is not None]
     notes = []
-    peaks = np.array([one.of(case.channels).max(axis=0) for one in series.values()])
+    peaks = np.array([one.of(case.channels).max(axis=0) for _, one in series])
     if case.participant.emg_is_of_mvc and np.all(np.abs(peaks - 1.0) <= AT_MAXIMUM):
         notes.append(
             "EMG of all channels peaks at 1 in each trial, and the participant file says "
             "fraction_of_mvc: if each trial was divided by its own maximum, divide by that of "
             "maximal contractions, or write emg.unit: fraction_of_max"
         )
-    rough = [name for name, one in series.items() if _is_rough(one, case.channels)]
+    rough = dict.fromkeys(name for name, one in series if _is_rough(one, case.channels))
     if rough:
         notes.append(
             f"EMG of {', '.join(rough)} changes from sample to sample like one that was not "
@@ -185,7 +186,7 @@ def check_channels(case: Case) -> None:
 
 def not_compared(case: Case) -> list[str]:
     """What was recorded in some trials but is not compared, one sentence each."""
-    known, trials = case.participant.emg_channels, case.trials
+    known, trials = case.participant.emg_channels, case.compared
     emg = [() if trial.emg is None else trial.emg.channels for trial in trials]
     recorded = {f"EMG channel {name}": [name in channels for channels in emg] for name in known}
     recorded["joint force"] = [trial.contact is not None for trial in trials]
@@ -198,8 +199,8 @@ def not_compared(case: Case) -> list[str]:
     absent = [name for name in known if not any(name in channels for channels in emg)]
     if absent:
         notes.append(
-            f"EMG channels {', '.join(absent)} of the participant file are in no trial, nor in its "
-            "companion STEM_emg.csv"
+            f"EMG channels {', '.join(absent)} of the participant file are in no trial that is "
+            "compared, nor in its companion STEM_emg.csv"
         )
     further = {name for channels in emg for name in channels} - set(known)
     if known and further:

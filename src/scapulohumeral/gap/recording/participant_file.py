@@ -41,13 +41,12 @@ class ParticipantFile:
     path: Path
 
 
-def find_participant(tests: Sequence[Path], references: Sequence[Path] = ()) -> Path:
+def find_participant(tests: Sequence[Path]) -> Path:
     """``participant.yaml`` beside the test files, else one folder above.
 
     Raises
     ------
-    ConfigError                      there is none, test files have different ones, or reference
-                                     files have that of another person
+    ConfigError                      there is none, or test files have different ones
     DataError                        a test file is missing, so nothing is beside it
     """
     found = {_beside(path.resolve().parent) for path in tests}
@@ -64,14 +63,77 @@ def find_participant(tests: Sequence[Path], references: Sequence[Path] = ()) -> 
         raise ConfigError(
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )
-    who = _read_yaml(path).get("id")
-    for other in {_beside(file.resolve().parent) for file in references}:
-        if other is not None and (whose := _read_yaml(other).get("id")) != who:
-            raise ConfigError(
-                f"{other}, id: '{whose}'; expected '{who}' as in {path}, since both sides are of "
-                "one person. Name the participant of all trials with --participant."
-            )
     return path
+
+
+def by_file(
+    references: Sequence[Path], file: ParticipantFile, masses: str
+) -> list[tuple[ParticipantFile, list[Path]]]:
+    """Reference trials by the participant file beside them, which says what their movements are.
+
+    Parameters
+    ----------
+    references : trials; file : that of the test trials, and of those with none of their own
+    masses : as for `read_participant_file`
+
+    Raises
+    ------
+    ConfigError                      a file describes another person, model, posture or electrodes
+    """
+    found: dict[Path, list[Path]] = {}
+    for path in references:
+        found.setdefault(_beside(path.resolve().parent) or file.path, []).append(path)
+    described = []
+    for beside, paths in found.items():
+        own = file if _is_same(beside, file.path) else read_participant_file(beside, masses)
+        _check_alike(own, file)
+        described.append((own, paths))
+    return described
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return path.resolve() == other.resolve()
+
+
+def _check_alike(own: ParticipantFile, file: ParticipantFile) -> None:
+    """Refuse a file of reference trials that contradicts that of the test trials.
+
+    One of them may describe electrodes that the other does not.
+    """
+    one, other = own.participant, file.participant
+    described = {
+        "id": (one.id, other.id),
+        "model": (one.model, other.model),
+        "gravity_in_thorax_mps2": (one.gravity_mps2, other.gravity_mps2),
+    }
+    common = sorted(one.emg_channels.keys() & other.emg_channels.keys())
+    if common:
+        described["emg.unit"] = one.emg_unit, other.emg_unit
+    for name in common:
+        described[f"emg.channels.{name}"] = one.emg_channels[name], other.emg_channels[name]
+    for key, (here, there) in described.items():
+        if here != there:
+            raise ConfigError(
+                f"{own.path}, {key}: {here}; expected {there} as in {file.path}, since both sides "
+                "are of one person. Name the participant of all trials with --participant."
+            )
+
+
+def check_windows(file: ParticipantFile, tests: Sequence[Path], references: Sequence[Path]) -> None:
+    """Refuse the window of a movement that one file gives for two trials, one on each side.
+
+    Raises
+    ------
+    ConfigError                      names the entry and both trials
+    """
+    named = {path.stem: path for path in references}
+    for path in tests:
+        entry, other = file.trials.get(path.stem), named.get(path.stem)
+        if entry is not None and entry.window_s is not None and other is not None:
+            raise ConfigError(
+                f"{file.path}, trials.{path.stem}.window_s: of {path} or of {other}; expected one "
+                f"trial of this name. Put a {FILE_NAME} into the folder of each side."
+            )
 
 
 def _beside(folder: Path) -> Path | None:
@@ -207,20 +269,25 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     remedy = "Check the name, and the line named."
     document = read_mapping(path, "'schema: participant/1' and others", remedy)
     try:
-        _check_finite(path, document, "")
+        _check_values(path, document, "")
     except RecursionError as error:
         raise ConfigError(f"{path}: an entry contains itself. Write it out.") from error
     return document
 
 
-def _check_finite(path: Path, value: Any, place: str) -> None:
-    """Refuse .nan and .inf, which are within all bounds of a schema or of none."""
+def _check_values(path: Path, value: Any, place: str) -> None:
+    """Refuse .nan and .inf, and names that are no text: no schema has them out of bounds."""
     if isinstance(value, float) and not np.isfinite(value):
         raise ConfigError(f"{path}, {place}: {value}; expected a finite number. Correct the entry.")
     inner = value.items() if isinstance(value, dict) else ()
     items = enumerate(value) if isinstance(value, list) else inner
     for key, item in items:
-        _check_finite(path, item, f"{place}.{key}".removeprefix("."))
+        if isinstance(value, dict) and not isinstance(key, str):
+            raise ConfigError(
+                f"{path}, {place}: the name {key} is no text (YAML reads {type(key).__name__}); "
+                f"expected text. Write it in quotes: '{key}'."
+            )
+        _check_values(path, item, f"{place}.{key}".removeprefix("."))
 
 
 def _check_gravity(path: Path, gravity: Sequence[float]) -> None:

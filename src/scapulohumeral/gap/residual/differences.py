@@ -130,33 +130,31 @@ def read_records(
 
     def observed(trials: Iterable[GapTrial]) -> dict[str, list[Observation]]:
         tasks: dict[str, list[Observation]] = {}
-        for trial in trials:
+        for trial in (one for one in trials if one in compared):
             one = recorded(trial, case.channels, case.has_contact, settings.nodes)
             tasks.setdefault(trial.task, []).append(one)
         return tasks
 
+    compared = case.compared
     test, reference = observed(case.test), observed(case.reference)
     if case.one_movement:
         test, reference = _paired(test, reference)
-    common = [task for task in test if task in reference]
-    if case.reference and len(common) < len(test):
-        left = ", ".join(sorted(set(test) - set(common)))
-        warnings.append(f"tasks without reference trials are left out: {left}")
-    tasks = common or list(test)
-    base = reference if common else test
+    if left := sorted(set(case.tasks) - set(test)):
+        warnings.append(f"tasks without reference trials are left out: {', '.join(left)}")
+    base = reference or test
     groups = nominal_body(model, settings.nodes).groups
     electrodes = electrode_matrix(
         [case.participant.emg_channels[name] for name in case.channels], groups
     )
     return Records(
-        test={task: test[task] for task in tasks},
-        reference={task: reference[task] for task in tasks} if common else {},
-        mean_records={task: mean(base[task]) for task in tasks},
+        test=test,
+        reference={task: reference[task] for task in test if reference},
+        mean_records={task: mean(base[task]) for task in test},
         sensors=SensorSetup(
-            case.channels, electrodes, case.has_contact, unmeasured_segments(case.trials)
+            case.channels, electrodes, case.has_contact, unmeasured_segments(compared)
         ),
         channels=channel_names(case.channels, case.has_contact),
-        of_one_person=bool(common) and not settings.of_simulations and not case.one_movement,
+        of_one_person=bool(reference) and not settings.of_simulations and not case.one_movement,
         of_one_movement=case.one_movement,
     )
 

@@ -18,7 +18,7 @@ from made_up_hypotheses import (
     residual,
 )
 from scipy.optimize import lsq_linear
-from scipy.stats import multivariate_normal
+from scipy.stats import kstest, multivariate_normal
 
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import _least, fit, no_gap_evidence, task_agreement
@@ -278,13 +278,40 @@ def test_two_causes_are_found_as_a_pair():
 def test_tasks_that_ask_for_different_amplitudes_disagree():
     h = hypothesis(DAMPING, 1)
     same = residual(h.slope @ [1.5] + noise(3))
-    p, rows = task_agreement(h, same, 0.0)
+    p, rows = task_agreement(h, same, 0.0, 1.0)
     assert p > 0.05
-    assert [task for task, _, _ in rows] == list(TASKS)
+    assert [row.task for row in rows] == list(TASKS)
     factor = np.repeat([0.5, 1.5], SIZE // 2)
-    p, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0)
+    otherwise = residual(factor * (h.slope @ [1.5]))
+    p, _ = task_agreement(h, otherwise, 0.0, 1.0)
     assert p < 1e-3
-    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0)[0] is None
+    assert task_agreement(h, otherwise, 0.0, 4.0)[0] > p
+    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0, 1.0)[0] is None
+
+
+def with_quiet_task(share):
+    """A cause that shows in task b by a share of what it does elsewhere."""
+    h = hypothesis(DAMPING, 1)
+    quiet = np.repeat([1.0, share], SIZE // 2)[:, None]
+    return replace(h, slope=quiet * h.slope)
+
+
+def test_a_task_that_tells_nothing_is_asked_for_no_amplitude():
+    """Its estimate is the prior's, zero, which no other task has to agree with."""
+    h = with_quiet_task(1e-3)
+    p, rows = task_agreement(h, residual(h.slope @ [2.5] + noise(3)), 0.0, 1.0)
+    assert p is None
+    assert [row.task for row in rows] == ["a"]
+
+
+def test_tasks_agree_by_chance_where_one_tells_little():
+    """The same amplitude in both: P values are uniform, whatever the prior of the amplitude."""
+    h = with_quiet_task(0.1)
+    found = [
+        task_agreement(h, residual(h.slope @ [2.5] + noise(seed)), 0.0, 1.0)[0]
+        for seed in range(200)
+    ]
+    assert kstest(found, "uniform").pvalue > 0.01
 
 
 def test_equal_signatures_cannot_be_told_apart():

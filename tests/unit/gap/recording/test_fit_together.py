@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.case import EmgSeries
+from scapulohumeral.gap.recording.case import Case, EmgSeries
 from scapulohumeral.gap.recording.fit_together import (
     check_repeats,
     check_tasks,
@@ -39,16 +39,14 @@ def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespa
     return SimpleNamespace(**{**fields, **changes})
 
 
-def case(channels: tuple[str, ...], *test: SimpleNamespace, reference=()) -> SimpleNamespace:
+def case(
+    channels: tuple[str, ...], *test: SimpleNamespace, reference=(), unit: str = "fraction_of_mvc"
+) -> Case:
     """A case whose participant file names some channels."""
-    participant = SimpleNamespace(emg_channels=dict.fromkeys(channels, ("infra",)))
-    return SimpleNamespace(
-        participant=participant,
-        test=test,
-        reference=tuple(reference),
-        trials=(*test, *reference),
-        tasks=tuple(dict.fromkeys(t.task for t in test)),
+    participant = SimpleNamespace(
+        emg_channels=dict.fromkeys(channels, ("infra",)), emg_is_of_mvc=unit == "fraction_of_mvc"
     )
+    return Case(participant, test, tuple(reference))
 
 
 def test_emg_without_electrodes_in_the_participant_file_is_not_compared() -> None:
@@ -69,6 +67,18 @@ def test_what_some_trials_lack_is_not_compared() -> None:
 def test_trials_of_both_sides_may_have_the_same_name() -> None:
     [note] = not_compared(case(("EMG_1",), trial("a", "EMG_1"), reference=[trial("a")]))
     assert note.endswith("in a")
+
+
+def test_trials_of_a_task_on_one_side_take_nothing_from_the_others() -> None:
+    one = trial("b", "EMG_1", force=True)
+    only = {"other": (trial("c", task="reach"), trial("d", "EMG_2", task="reach"))}
+    for tests, references in (((), only["other"]), (only["other"], ())):
+        there = case(
+            ("EMG_1",), trial("a", "EMG_1", force=True), *tests, reference=[one, *references]
+        )
+        assert there.channels == ("EMG_1",)
+        assert there.has_contact
+        assert not [note for note in not_compared(there) if "not recorded in" in note]
 
 
 def test_what_all_trials_have_needs_no_word() -> None:
@@ -150,14 +160,16 @@ def test_other_units_of_all_channels_are_told() -> None:
     assert "EMG reaches 0.3 in the tests and 0.006 in the references" in note
 
 
-def with_emg(rate_hz: float, *curves: np.ndarray, unit: str = "mvc") -> SimpleNamespace:
+def enveloped(name: str, rate_hz: float, curve: np.ndarray) -> SimpleNamespace:
+    """A trial with one channel."""
+    times = np.arange(len(curve)) / rate_hz
+    return trial(name, emg=EmgSeries(times, ("EMG_1",), curve[:, None]))
+
+
+def with_emg(rate_hz: float, *curves: np.ndarray, unit: str = "fraction_of_mvc") -> Case:
     """A case of trials with one channel each."""
-    trials = [
-        trial(f"t{i}", emg=EmgSeries(np.arange(len(c)) / rate_hz, ("EMG_1",), c[:, None]))
-        for i, c in enumerate(curves)
-    ]
-    participant = SimpleNamespace(emg_is_of_mvc=unit == "mvc")
-    return SimpleNamespace(participant=participant, trials=trials, channels=("EMG_1",))
+    trials = [enveloped(f"t{i}", rate_hz, curve) for i, curve in enumerate(curves)]
+    return case(("EMG_1",), *trials, unit=unit)
 
 
 BURST = np.sin(np.linspace(0.0, np.pi, 101)) ** 2
@@ -168,7 +180,18 @@ def test_trials_that_were_each_divided_by_their_own_maximum_are_told() -> None:
     assert "peaks at 1 in each trial" in note
     assert "emg.unit: fraction_of_max" in note
     assert unlike_envelopes(with_emg(50.0, BURST, 0.8 * BURST)) == []
-    assert unlike_envelopes(with_emg(50.0, BURST, BURST, unit="max")) == []
+    assert unlike_envelopes(with_emg(50.0, BURST, BURST, unit="fraction_of_max")) == []
+
+
+def test_envelopes_of_both_sides_are_looked_at_though_their_names_are_equal() -> None:
+    whole, less = enveloped("a", 50.0, BURST), enveloped("a", 50.0, 0.8 * BURST)
+    for test, reference in ((whole, less), (less, whole)):
+        assert unlike_envelopes(case(("EMG_1",), test, reference=[reference])) == []
+    noise = np.abs(np.random.default_rng(1).normal(size=2000))
+    rough = enveloped("a", 1000.0, noise)
+    for test, reference in ((rough, less), (less, rough)):
+        [note] = unlike_envelopes(case(("EMG_1",), test, reference=[reference]))
+        assert note.startswith("EMG of a changes")
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 1000.0])

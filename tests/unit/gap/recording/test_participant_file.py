@@ -18,6 +18,7 @@ from scapulohumeral.gap.recording.participant_file import (
     read_scaled_model,
 )
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trials
+from scapulohumeral.gap.run import Request, read_case
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
 pytestmark = pytest.mark.unit
@@ -139,6 +140,54 @@ def test_the_file_is_found_beside_the_trials_or_above(tmp_path):
     assert find_participant([inner / "a.csv"]) == own
     with pytest.raises(ConfigError, match="different participants"):
         find_participant([inner / "a.csv", tmp_path / "b.csv"])
+
+
+def sides(folder, **reference):
+    """The same trial in folders ``test`` and ``reference``, the participant file above both."""
+    write_participant(folder, trials={"lift_r1": {"task": "raise"}})
+    paths = []
+    for name, peak_deg in (("test", 60.0), ("reference", 50.0)):
+        (folder / name).mkdir()
+        paths.append(write_csv(elevation(peak_deg=peak_deg), folder / name / "lift_r1.csv"))
+    if reference:
+        write_participant(folder / "reference", **reference)
+    return paths
+
+
+def read_sides(*paths, participant=None):
+    """Test and reference trial of a case, as the command reads them."""
+    test, reference = paths
+    request = Request(
+        tests=(test,), references=(reference,), out=test.parent, participant=participant,
+        config=CONFIG, cache=test.parent, seed=1, threads=1, command="", simulated=True,
+    )  # fmt: skip
+    case = read_case(request, {"model": {"masses": "published"}})
+    return case.test[0], case.reference[0]
+
+
+def test_each_side_is_described_by_its_own_file(tmp_path):
+    trials = {"lift_r1": {"task": "raise", "repeat": 3, "window_s": [0.4, 2.4]}}
+    paths = sides(tmp_path, trials=trials)
+    test, reference = read_sides(*paths)
+    assert (reference.repeat, reference.window_s) == (3, (0.4, 2.4))
+    assert (test.repeat, test.task) == (1, "raise")
+    assert test.window_s != reference.window_s
+
+
+def test_a_named_participant_file_describes_both_sides(tmp_path):
+    paths = sides(tmp_path, trials={"lift_r1": {"task": "other", "repeat": 3}}, id="another")
+    test, reference = read_sides(*paths, participant=tmp_path / "participant.yaml")
+    assert (test.task, reference.task, reference.repeat) == ("raise", "raise", 1)
+
+
+def test_one_file_above_describes_both_sides(tmp_path):
+    test, reference = read_sides(*sides(tmp_path))
+    assert (test.task, reference.task) == ("raise", "raise")
+
+
+def test_electrodes_may_be_described_on_one_side_only(tmp_path):
+    paths = sides(tmp_path, emg=None, trials={"lift_r1": {"task": "raise"}})
+    assert read_sides(*paths)[1].task == "raise"
 
 
 def test_missing_file_is_told(tmp_path):

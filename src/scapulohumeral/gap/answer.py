@@ -137,7 +137,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         none_p=p.none,
         no_gap_p=p.no_gap,
         set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
-        classes=candidates.effect_classes(found.judged.groups, p, splitting),
+        classes=candidates.effect_classes(found.judged.groups, p, splitting, found.present),
         shrinkage=None if done is None else done.shrinkage,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,
@@ -207,18 +207,21 @@ def _gap(found: Findings) -> Gap:
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
         size=gap_size(evidence.cautious, sides(c, records), found.case.seed),
-        no_cost=_no_cost(evidence, records),
+        no_cost=_no_cost(found),
         smallest_detectable=found.detectable,
     )
 
 
-def _no_cost(evidence: Evidence, records: Records) -> Feasibility:
+def _no_cost(found: Findings) -> Feasibility:
     """Whether any activations could have done what was recorded.
 
     Asked only where the record is compared with the model: beside reference trials, nominal
-    solutions are of their motion, and EMG of the test trials is of another.
+    solutions are of their motion, and EMG of the test trials is of another. EMG has to have a
+    level, which shares of other maxima than that of a voluntary contraction have not.
     """
-    if evidence.referenced or not records.sensors.channels:
+    evidence, records = found.evidence, found.records
+    level = records.sensors.channels and found.case.participant.emg_is_of_mvc
+    if evidence.referenced or not level:
         return Feasibility(False, None)
     emg = [
         np.mean([one.emg for one in records.test[task] if one.emg is not None], axis=0)
@@ -233,7 +236,7 @@ def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFr
         "overlay": overlay_table(c, best, evidence.referenced),
         "signature": signature_table(c, best),
         "isolability": isolability_table(judged.likely, judged.apart),
-        "amplitude": amplitude_table(best, judged.by_task),
+        "amplitude": amplitude_table(best, judged.by_task, judged.temperature),
         "factors": factors_table(
             evidence.residuals, judged.fits, evidence.settings.signature_error
         ),

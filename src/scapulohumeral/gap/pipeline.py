@@ -34,7 +34,7 @@ from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
-from scapulohumeral.gap.recording.one_movement import perhaps
+from scapulohumeral.gap.recording.one_movement import ONE_MOVEMENT, perhaps
 from scapulohumeral.gap.residual.differences import Records, read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
@@ -55,10 +55,9 @@ OF_SIMULATIONS = (
     "trials are simulations, as was asked for: they are taken to differ by next to nothing without "
     "a cause, and no error of measurement is considered"
 )
-ONE_MOVEMENT = (
-    "test and reference trials count as records of the same movements, whose times and speed of "
-    "elevation they share: only what acts on the record is considered. Simulations that follow one "
-    "arm look the same: name them with --simulated"
+NO_BANK_OF_ONE_MOVEMENT = (
+    "records of the same movements: the null bank holds repeats, so thresholds come from the noise "
+    "alone"
 )
 PERHAPS_ONE_MOVEMENT = (
     "test and reference trials have the same times and speed of elevation: if two systems recorded "
@@ -87,6 +86,8 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     bank, reason = None, NO_BANK_OF_PREDICTIONS
     if settings.of_simulations:
         reason = OF_SIMULATIONS
+    elif case.one_movement:
+        reason = NO_BANK_OF_ONE_MOVEMENT
     elif settings.view == "tracking":
         bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
     kind = mode, bool(case.channels), case.has_contact
@@ -155,7 +156,8 @@ def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> Gap
     if not case.channels or case.participant.emg_is_of_mvc:
         return settings
     if case.emg_has_one_maximum:
-        warnings.append("EMG is a fraction of maxima that test and reference trials share")
+        whose = "test and reference trials" if case.reference else "all trials"
+        warnings.append(f"EMG is a fraction of maxima that {whose} share")
         return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
     return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))

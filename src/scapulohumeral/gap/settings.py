@@ -103,7 +103,11 @@ class _Keys(Section):
     iterations: Annotated[
         Whole, key("Iterations after which a solve counts as failed [1].", ge=10, le=10000)
     ]
-    alpha: Annotated[Real, key("False alarms allowed for the claim of a gap [1].", gt=0, le=0.5)]
+    # Less would be out of reach for one trial of its side alone: its p value is the root of one
+    # that so many draws of the noise tell (`single_trials.as_sure_as_two`).
+    alpha: Annotated[
+        Real, key("False alarms allowed for the claim of a gap [1].", ge=0.045, le=0.5)
+    ]
     short_list: Annotated[
         Whole, key("Effects whose amplitudes are fitted by solving again [1].", ge=1, le=20)
     ]

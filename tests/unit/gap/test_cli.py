@@ -204,6 +204,7 @@ def changed(tmp_path):
         ("--config", "model.masses", "weighed", "key 'model.masses': 'weighed'; expected"),
         ("--config", "model.mases", "published", "Did you mean 'masses'"),
         ("--settings", "itreations", 3, "Did you mean 'iterations'"),
+        ("--settings", "alpha", 0.01, "key 'alpha': 0.01; expected"),
         ("--settings", "nodes", 3, "key 'nodes': 3; expected"),
         ("--settings", "phase_functions", 20, "Refused: phase_functions: 20 of 21 nodes"),
     ],

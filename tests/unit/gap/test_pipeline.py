@@ -51,7 +51,7 @@ from scapulohumeral.gap.recording.observables import (
 )
 from scapulohumeral.gap.residual import differences
 from scapulohumeral.gap.residual.differences import read_records
-from scapulohumeral.gap.result import Robustness, Share, Shrinkage, to_json
+from scapulohumeral.gap.result import Feasibility, Robustness, Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
 from scapulohumeral.gap.signatures.nuisances import SMOOTH, session_records
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures
@@ -409,12 +409,27 @@ def test_maxima_that_both_sides_share_say_as_much_as_a_maximal_contraction():
     assert not replace(one, reference=()).emg_has_one_maximum
     told = replace(own.participant, emg_unit="fraction_of_shared_max")
     assert replace(own, participant=told).emg_has_one_maximum
-    for some, words in ((one, "maxima that test and reference trials share"), (own, "own maximum")):
+    alone = replace(own, participant=told, reference=())
+    shared_by = {
+        "maxima that test and reference trials share": one,
+        "maxima that all trials share": alone,
+        "own maximum": own,
+    }
+    for words, some in shared_by.items():
         said = []
         settings = pipeline._for_emg_unit(SETTINGS, some, said)
-        assert (settings is SETTINGS) == (some is one)
+        assert (settings is SETTINGS) == (some is not own)
         assert len(said) == 1
         assert words in said[0]
+
+
+def test_whether_activations_reach_a_record_is_asked_of_emg_that_has_a_level(monkeypatch):
+    monkeypatch.setattr(answer_module, "no_cost", lambda *_: Feasibility(True, 12.0))
+    of_mvc = case(reference=False)
+    for unit, tested in (("fraction_of_mvc", True), ("fraction_of_max", False)):
+        participant = replace(of_mvc.participant, emg_unit=unit)
+        done = diagnose(replace(of_mvc, participant=participant), None, SETTINGS)
+        assert done.gap.no_cost.tested == tested
 
 
 def test_variants_start_from_the_movements_solved_last(monkeypatch):

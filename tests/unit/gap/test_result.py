@@ -13,6 +13,7 @@ from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, wri
 from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import figures, isolability_figure
 from scapulohumeral.gap.output.page import render_report, verdict
+from scapulohumeral.gap.recording.one_movement import ONE_MOVEMENT
 from scapulohumeral.gap.result import (
     Diagnosis,
     Regions,
@@ -307,3 +308,4 @@ def test_the_page_names_what_missing_data_cost():
     assert "No EMG:" in page
     assert "No reference trials" in page
     assert "No EMG:" not in render_report(done, "")
+    assert "No EMG:" not in render_report(replace(motion_only, warnings=(ONE_MOVEMENT,)), "")

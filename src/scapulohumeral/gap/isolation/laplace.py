@@ -218,12 +218,11 @@ class TaskAmplitude(NamedTuple):
 
 
 def task_agreement(
-    hypothesis: Hypothesis, residual: Residual, relative_error: float, temperature: float
+    hypothesis: Hypothesis, residual: Residual, relative_error: float
 ) -> tuple[float | None, list[TaskAmplitude]]:
     """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
 
-    The prior says the same in every task, so it is taken out of what each one tells. Standard
-    errors are tempered like probabilities.
+    The prior says the same in every task, so it is taken out of what each one tells.
 
     Returns
     -------
@@ -238,7 +237,7 @@ def task_agreement(
         told = 1.0 / variance - prior
         if told > LEAST_OF_PRIOR * prior:
             value = float(part.unbounded[0] / variance / told)
-            rows.append(TaskAmplitude(task, value, float(np.sqrt(temperature / told))))
+            rows.append(TaskAmplitude(task, value, float(told**-0.5)))
     if len(rows) < 2:
         return None, rows
     values, weights = np.array([row.x for row in rows]), np.array([row.sd**-2.0 for row in rows])

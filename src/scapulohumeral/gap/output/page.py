@@ -11,6 +11,7 @@ from scapulohumeral.gap.explained import removed_of_tasks
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.left_over import said_to_be_left
 from scapulohumeral.gap.output.figures import SPLITS, WORDS, figures
+from scapulohumeral.gap.recording.one_movement import ONE_MOVEMENT
 from scapulohumeral.gap.result import Amplitude, Candidate, Diagnosis, Interval, explained_by_any
 from scapulohumeral.quantities.proportion import percent
 from scapulohumeral.templates import page_template
@@ -233,7 +234,8 @@ def missing_data(diagnosis: Diagnosis) -> Iterator[str]:
     """What the lack of reference trials or EMG costs."""
     if diagnosis.mode != "reference":
         yield COSTS["reference"]
-    if not diagnosis.inputs.channels.emg:
+    # What two records of one movement differ by, motion tells.
+    if not diagnosis.inputs.channels.emg and ONE_MOVEMENT not in diagnosis.warnings:
         yield COSTS["emg"]
 
 

@@ -137,12 +137,15 @@ def isolability_table(fits: Sequence[Fit], apart: np.ndarray) -> pd.DataFrame:
     )
 
 
-def amplitude_table(best: Fit, by_task: Sequence[TaskAmplitude]) -> pd.DataFrame:
-    """Primary amplitude by each task alone that tells of it, with its 95 % interval."""
+def amplitude_table(
+    best: Fit, by_task: Sequence[TaskAmplitude], temperature: float
+) -> pd.DataFrame:
+    """Primary amplitude by each task alone that tells of it, with its 95 % interval, tempered."""
     param = best.hypothesis.effects[0].params[0]
     rows = []
     for task, x, sd in by_task:
-        ends = np.clip([x - 1.96 * sd, x, x + 1.96 * sd], *param.bounds)
+        half = 1.96 * np.sqrt(temperature) * sd
+        ends = np.clip([x - half, x, x + half], *param.bounds)
         low, value, high = (param.physical(float(end)) for end in ends)
         low, high = sorted((low, high))
         rows.append(

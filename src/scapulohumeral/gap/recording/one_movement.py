@@ -34,6 +34,12 @@ SAME_RISE = 0.15
 # A partner is at most so far from a trial, over the nearest other repeat of the task, for at least
 # so many trials.
 NEARER, CONFIRMED = 1.0 / 3.0, 2
+# What an answer to them says.
+ONE_MOVEMENT = (
+    "test and reference trials count as records of the same movements, whose times and speed of "
+    "elevation they share: only what acts on the record is considered. Simulations that follow one "
+    "arm look the same: name them with --simulated"
+)
 
 
 Pairs = Sequence[tuple[GapTrial, GapTrial]]

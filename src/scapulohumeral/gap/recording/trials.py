@@ -148,7 +148,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
         )
     table = read_table(path).renamed({own: name for name, own in COLUMNS.items()})
     time_s = _time(table)
-    angles = _angles_rad(table)
+    angles = _unwound(_angles_rad(table))
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
     check_speed(table, time_s, angles)
@@ -259,6 +259,16 @@ def _angles_rad(table: MotionTable) -> Array:
             "full turns."
         )
     return np.deg2rad(angles)
+
+
+def _unwound(angles_rad: Array) -> Array:
+    """Angles (T, 10) [rad] with the elbow within half a turn of zero, where it bends.
+
+    Ball joints are compared as rotations, in which whole turns do not count.
+    """
+    elbow = ANGLE_NAMES.index("EL_x")
+    turns = np.round(np.median(angles_rad[:, elbow]) / (2.0 * np.pi))
+    return angles_rad - 2.0 * np.pi * turns * (np.arange(len(ANGLE_NAMES)) == elbow)
 
 
 def _emg_columns(table: MotionTable) -> tuple[str, ...]:

@@ -115,20 +115,26 @@ def _cut(label: str, depth: int) -> tuple[str, ...]:
 
 
 def effect_classes(
-    groups: Sequence[Sequence[str]], found: Posterior, splitting: Mapping[str, str]
+    groups: Sequence[Sequence[str]], found: Posterior, splitting: Mapping[str, str], present: bool
 ) -> tuple[EffectClass, ...]:
-    """Classes in words, with what would split them."""
+    """Classes in words, with what would split them; `present` says whether there is a gap."""
     rows = []
     for i, group in enumerate(groups):
         p = [found.labels[label] for label in group]
         text = f"{group[0]} stands alone: these trials tell it from the others."
-        if len(group) > 1:
+        if not present:
+            text = f"{' or '.join(group)}: no gap shows that would ask for {_all_of(group)}."
+        elif len(group) > 1:
             text = (
                 f"{' or '.join(group)}; these trials cannot tell. "
                 f"What would: {splitting.get(group[0], 'each effect alone')}."
             )
         rows.append(EffectClass(i + 1, tuple(group), float(sum(p)), max(p) / sum(p), text))
     return tuple(rows)
+
+
+def _all_of(group: Sequence[str]) -> str:
+    return "it" if len(group) == 1 else "one of them"
 
 
 def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:

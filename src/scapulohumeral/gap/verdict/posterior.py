@@ -153,8 +153,16 @@ class Circumstances:
 def probabilities(
     scores: Mapping[str, Score], weighing: Weighing, case: Circumstances
 ) -> Posterior:
-    """Probabilities of all labels of a case, with weights that were fitted for all cases."""
-    return posterior(scores, heard(weighing, case), no_gap_range(weighing, case))
+    """Probabilities of all labels of a case, with weights that were fitted for all cases.
+
+    What tells nothing for a cause tells nothing against no gap, which then is at least as probable
+    as before any data.
+    """
+    least, most = no_gap_range(weighing, case)
+    if case.unable:
+        before = {name: np.exp(score.log_prior) for name, score in scores.items()}
+        least = float(before[NO_GAP] / sum(before.values()))
+    return posterior(scores, heard(weighing, case), (least, most))
 
 
 def posterior(
@@ -211,7 +219,7 @@ def unknown_is_likelier(scores: Mapping[str, Score], weighing: Weighing) -> bool
 def no_gap_range(weighing: Weighing, case: Circumstances) -> tuple[float, float]:
     """Least and largest probability of no gap.
 
-    Where few causes would have shown, that none does is no reason for a least one.
+    Where few causes would have shown, that none does makes no gap no more probable.
 
     Without any effect all p values are as probable; with one their density is taken to rise towards
     zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gap_movement import CHANNELS, NODES, SETTINGS, small_record
 
-from scapulohumeral.gap.detection.presence import Presence
+from scapulohumeral.gap.detection.presence import DRAWS, SHARES, Presence
 from scapulohumeral.gap.detection.single_trials import (
     alone,
     as_sure_as_two,
@@ -17,7 +17,7 @@ from scapulohumeral.gap.detection.single_trials import (
     level,
     rests_on_one,
 )
-from scapulohumeral.gap.labels import GLR, LOAD, ON_RECORD
+from scapulohumeral.gap.labels import GLR, LOAD, MAX_T, ON_RECORD
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
     SensorSetup,
@@ -181,3 +181,11 @@ def test_a_trial_alone_has_to_be_as_sure_as_two(p_value, stays):
     among_few = as_sure_as_two(replace(found, p_value=0.04), p_value, 0.05)
     assert among_few.present == stays
     assert among_few.p_value == pytest.approx(max(0.04, np.sqrt(p_value)))
+
+
+def test_the_least_level_that_is_accepted_can_be_reached_by_a_trial_alone():
+    """P values that are simulated end at one in all draws, over the share of a test."""
+    least = 1.0 / (min(SHARES.values()) * (DRAWS + 1))
+    for alpha, reached in ((0.045, True), (0.04, False)):
+        found = Presence(True, least, MAX_T, 9.0, 4.0, {})
+        assert as_sure_as_two(found, least, alpha).present == reached

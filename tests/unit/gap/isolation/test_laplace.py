@@ -278,15 +278,13 @@ def test_two_causes_are_found_as_a_pair():
 def test_tasks_that_ask_for_different_amplitudes_disagree():
     h = hypothesis(DAMPING, 1)
     same = residual(h.slope @ [1.5] + noise(3))
-    p, rows = task_agreement(h, same, 0.0, 1.0)
+    p, rows = task_agreement(h, same, 0.0)
     assert p > 0.05
     assert [row.task for row in rows] == list(TASKS)
     factor = np.repeat([0.5, 1.5], SIZE // 2)
-    otherwise = residual(factor * (h.slope @ [1.5]))
-    p, _ = task_agreement(h, otherwise, 0.0, 1.0)
+    p, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0)
     assert p < 1e-3
-    assert task_agreement(h, otherwise, 0.0, 4.0)[0] > p
-    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0, 1.0)[0] is None
+    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0)[0] is None
 
 
 def with_quiet_task(share):
@@ -299,7 +297,7 @@ def with_quiet_task(share):
 def test_a_task_that_tells_nothing_is_asked_for_no_amplitude():
     """Its estimate is the prior's, zero, which no other task has to agree with."""
     h = with_quiet_task(1e-3)
-    p, rows = task_agreement(h, residual(h.slope @ [2.5] + noise(3)), 0.0, 1.0)
+    p, rows = task_agreement(h, residual(h.slope @ [2.5] + noise(3)), 0.0)
     assert p is None
     assert [row.task for row in rows] == ["a"]
 
@@ -308,8 +306,7 @@ def test_tasks_agree_by_chance_where_one_tells_little():
     """The same amplitude in both: P values are uniform, whatever the prior of the amplitude."""
     h = with_quiet_task(0.1)
     found = [
-        task_agreement(h, residual(h.slope @ [2.5] + noise(seed)), 0.0, 1.0)[0]
-        for seed in range(200)
+        task_agreement(h, residual(h.slope @ [2.5] + noise(seed)), 0.0)[0] for seed in range(200)
     ]
     assert kstest(found, "uniform").pvalue > 0.01
 

@@ -236,8 +236,8 @@ def test_isolability_names_each_two_effects_once(there):
 def test_amplitudes_have_their_interval_in_their_own_unit(there):
     """A factor is estimated as a logarithm, so that its interval is lopsided."""
     best = fitted(GAIN_A, there)
-    by_task = [TaskAmplitude("a", np.log(2.0), 0.1), TaskAmplitude("b", 0.0, 9.0)]
-    table = amplitude_table(best, by_task)
+    by_task = [TaskAmplitude("a", np.log(2.0), 0.05), TaskAmplitude("b", 0.0, 9.0)]
+    table = amplitude_table(best, by_task, 4.0)
     assert tuple(table.columns) == TABLES["amplitude"]
     row = row_of(table, task="a")
     assert (row["parameter"], row["unit"]) == ("gain_factor", "1")

@@ -225,6 +225,16 @@ def test_humerus_may_be_wound_up_but_no_other_joint(tmp_path):
         read(write_csv(table.assign(SC_y=table.SC_y + 1080.0), tmp_path / "c.csv"))
 
 
+@pytest.mark.parametrize("turns", [-1, 1])
+def test_an_elbow_wound_by_a_turn_is_the_same_elbow(tmp_path, turns):
+    """Ball joints are compared as rotations; the one angle of the elbow is not."""
+    table = elevation()
+    wound = table.assign(EL_x=table["EL_x"] + 360.0 * turns)
+    paths = [write_csv(t, tmp_path / f"a_r{i}.csv") for i, t in enumerate((table, wound), 1)]
+    [one, other], _ = read_trials(paths, {})
+    np.testing.assert_allclose(other.angles_rad, one.angles_rad, atol=1e-12)
+
+
 def test_degrees_declared_as_radians_are_refused(tmp_path):
     with pytest.raises(DataError, match=r"row 6, column SC_y: -25.0 rad is beyond 2 turns"):
         read(write_mot(elevation(), tmp_path / "a.mot", "no"))

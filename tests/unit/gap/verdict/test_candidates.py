@@ -5,7 +5,7 @@ import pytest
 from made_up_hypotheses import DAMPING, hypothesis, residual
 
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.verdict.candidates import _level, candidates
+from scapulohumeral.gap.verdict.candidates import _level, candidates, effect_classes
 from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
@@ -47,3 +47,15 @@ def test_what_smooth_causes_leave_is_not_unexplained() -> None:
 def test_of_a_gap_that_smooth_causes_would_leave_as_well_everything_is_left() -> None:
     whole = float(np.sum((hypothesis(DAMPING, 1).slope @ [0.5]) ** 2))
     assert share_left(1.01 * whole) == share_left(2.0 * whole) == 1.0
+
+
+def test_where_no_gap_is_found_no_cause_is_told_from_others() -> None:
+    found = Posterior({INFRA: 0.3, SUPRA: 0.2, LOAD: 0.1}, 0.1, 0.3)
+    groups = [[INFRA, SUPRA], [LOAD]]
+    told, alone = effect_classes(groups, found, {}, present=True)
+    assert "these trials cannot tell" in told.text
+    assert "stands alone" in alone.text
+    assert (told.p, told.p_correct_within) == (pytest.approx(0.5), pytest.approx(0.6))
+    for one in effect_classes(groups, found, {}, present=False):
+        assert all(label in one.text for label in one.labels)
+        assert "no gap shows" in one.text

@@ -17,6 +17,7 @@ from scapulohumeral.gap.verdict.posterior import (
     heard,
     no_gap_range,
     posterior,
+    probabilities,
     set90,
     unknown_is_likelier,
 )
@@ -46,6 +47,7 @@ WITH_GAP = Circumstances(
 SILENT = replace(WITH_GAP, present=False)
 # Where evidence counts as it is.
 HEARD = (replace(WITH_GAP, told=False), SILENT, WITH_GAP)
+AGAINST = {"no_gap": 50.0}
 PRIOR = {"a": 0.3, "b": 0.4, "a + b": 0.01, "none": 0.1, "no_gap": 0.2}
 
 
@@ -159,7 +161,7 @@ def test_where_no_gap_is_found_there_is_as_probably_none_as_was_seen(
 
 
 def test_no_gap_in_trials_that_could_show_little_excludes_no_cause():
-    """Causes stay as probable as before any data, and no gap as its evidence says."""
+    """Causes stay as probable as before any data, and so does no gap, or it is more probable."""
     weak = replace(SILENT, told=True, able=False)
     assert weak.unable
     assert not weak.heard
@@ -167,8 +169,11 @@ def test_no_gap_in_trials_that_could_show_little_excludes_no_cause():
     assert not replace(weak, referenced=False).unable
     assert not replace(weak, present=True).unable
     assert no_gap_range(PLAIN, weak) == (0.0, 1.0)
-    found = posterior(scores(a=50.0), heard(PLAIN, weak), no_gap_range(PLAIN, weak))
-    assert found.labels["a"] / found.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
+    for_a_gap, against = (probabilities(scores(**e), PLAIN, weak) for e in ({"a": 50.0}, AGAINST))
+    assert for_a_gap.labels["a"] / for_a_gap.labels["b"] == pytest.approx(PRIOR["a"] / PRIOR["b"])
+    assert for_a_gap.no_gap == pytest.approx(PRIOR["no_gap"] / sum(PRIOR.values()))
+    assert against.no_gap > 0.9
+    assert probabilities(scores(a=50.0), PLAIN, replace(weak, present=True)).no_gap < 1e-9
 
 
 def test_no_gap_is_less_probable_where_a_gap_was_nearly_found():

@@ -131,7 +131,7 @@ def _gap(gap: Mapping[str, Any]) -> Quantities:
     for name in ("value", "threshold"):
         yield f"gap.{name}", (gap[name], SIZE * abs(gap[name]))
     for entry in gap["smallest_detectable"]:
-        place = f"gap.smallest_detectable.{entry['label']}"
+        place = f"gap.smallest_detectable.{entry['label']}.{entry['parameter']}"
         yield place, (entry["value"], SIZE * abs(entry["value"]))
 
 

@@ -60,8 +60,8 @@ REGISTERED = {
     "errors (root mean square over the movement) in one channel of a visible task; without "
     "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
     "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
-    "the answer publishes for its label, both as distance from off; one whose label is not listed "
-    "is smaller; one that has no such amplitude, or no answer, counts as large if it shows",
+    "the answer publishes for its parameter, both as distance from off; one that is not listed is "
+    "smaller; one whose parameter the answer does not know, or without answer, counts as large",
     "moved": "where the test movement was done otherwise by as much as an effect has to show, "
     "control/movement_strategy is a right answer too, beside the injected effect; where nothing "
     "else shows it is the right one, and the case counts as moved, not as a single",

@@ -159,12 +159,20 @@ class ScoredCase:
         [effect] = self.key["effects"]
         if self.answer is None or self.answer["gap"] is None or effect["parameter"] is None:
             return True
-        off, listed = absent_value(effect["parameter"]), self.answer["gap"]["smallest_detectable"]
-        smallest = {d["parameter"]: d["value"] for d in listed if d["label"] == effect["label"]}
-        if effect["parameter"] not in smallest:
-            return bool(smallest)
-        least = abs(smallest[effect["parameter"]] - off)
-        return abs(effect["amplitude"] - off) >= LARGE_MULTIPLE * least
+        names = {
+            param["name"]
+            for candidate in self.answer["candidates"]
+            for param in candidate["parameters"]
+            if candidate["label"] == effect["label"]
+        }
+        if effect["parameter"] not in names:
+            return True
+        listed = self.answer["gap"]["smallest_detectable"]
+        shown = (effect["label"], effect["parameter"])
+        smallest = [d["value"] for d in listed if (d["label"], d["parameter"]) == shown]
+        off = absent_value(effect["parameter"])
+        away = abs(effect["amplitude"] - off)
+        return any(away >= LARGE_MULTIPLE * abs(value - off) for value in smallest)
 
     @property
     def true_candidate(self) -> Mapping[str, Any] | None:

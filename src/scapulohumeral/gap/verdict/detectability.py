@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
 from scapulohumeral.gap.detection.shaped import P_RANGE, directions, scales, white_by_task
+from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.model_error import change_error, own_error
 from scapulohumeral.gap.labels import GLR, ON_RECORD, family
@@ -40,7 +41,7 @@ def smallest_detectable(
     signature_error: float,
     seed: int,
 ) -> tuple[Detectable, ...]:
-    """Primary amplitudes that the test for a gap would find with power 0.8.
+    """Amplitudes of each parameter alone that the test for a gap would find with power 0.8.
 
     Parameters
     ----------
@@ -58,16 +59,28 @@ def smallest_detectable(
     scatter = _Scatter.of(residual, seed)
     rows = []
     for one in effects:
-        param = one.effects[0].params[0]
-        looking = [GLR, ON_RECORD] if one.effects[0].spoils_motion else [GLR]
+        [effect] = one.effects
+        looking = [GLR, ON_RECORD] if effect.spoils_motion else [GLR]
         threshold = min(thresholds[name] for name in looking if name in thresholds)
-        low, high = param.bounds
-        changes = scatter.answers(one, signature_error)
-        internal = scatter.amplitude(one.slope, changes, threshold) * (1.0 if high > 0.0 else -1.0)
-        if low <= internal <= high:
-            value = param.physical(float(internal))
-            rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
+        for i, param in enumerate(effect.params):
+            low, high = param.bounds
+            sign = 1.0 if high > 0.0 else -1.0
+            if not _varies_alone(effect, i, sign):
+                continue
+            changes = scatter.answers(one, i, signature_error)
+            internal = sign * scatter.amplitude(one.slope, i, changes, threshold)
+            if low <= internal <= high:
+                value = param.physical(float(internal))
+                rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
     return tuple(rows)
+
+
+def _varies_alone(effect: Effect, i: int, sign: float) -> bool:
+    """Whether a parameter may leave its absent value in a direction while all others keep it."""
+    above, below = sign > 0.0, sign < 0.0
+    return not any(
+        (above and i == first) or (below and i == second) for first, second in effect.order
+    )
 
 
 def silence_tells(effects: Iterable[str], detectable: Iterable[str]) -> bool:
@@ -103,9 +116,9 @@ class _Scatter:
         unwhitened = np.linalg.inv(residual.axes.matrix)
         return _Scatter(residual, vectors, white_by_task(residual, vectors), unwhitened, seed)
 
-    def answers(self, one: Hypothesis, signature_error: float) -> np.ndarray:
-        """Changes (D, M) by a unit of the first parameter, in persons who differ."""
-        slope, effect = one.slope[:, 0], one.effects[0]
+    def answers(self, one: Hypothesis, i: int, signature_error: float) -> np.ndarray:
+        """Changes (D, M) by a unit of parameter `i`, in persons who differ."""
+        slope, effect = one.slope[:, i], one.effects[0]
         relative = own_error(effect, signature_error)
         error = change_error(self.residual, slope, relative, effect.changes_body)
         # A stream of its own, so that answers do not follow the scatter.
@@ -114,18 +127,18 @@ class _Scatter:
         drawn += np.sqrt(error.variance)[:, None] * rng.normal(size=(len(slope), TRIES))
         return slope[:, None] + self.unwhitened @ drawn
 
-    def amplitude(self, slope: np.ndarray, changes: np.ndarray, threshold: float) -> float:
-        """First internal parameter of an effect whose z value is found with :data:`POWER`.
+    def amplitude(self, slope: np.ndarray, i: int, changes: np.ndarray, threshold: float) -> float:
+        """Size of internal parameter `i` whose z value is found with :data:`POWER`.
 
         Infinite if none is: the scatter is told from the same difference, and grows with it.
 
         Parameters
         ----------
         slope : (D, P) as predicted, which is looked for
-        changes : (D, M) by a unit of the first parameter, of each person
+        changes : (D, M) by a unit of that parameter, of each person
         threshold : z value
         """
-        size = float(np.linalg.norm(self.residual.whiten(slope[:, 0])))
+        size = float(np.linalg.norm(self.residual.whiten(slope[:, i])))
         if size == 0.0:
             return np.inf
         basis, _ = directions(self.residual, slope)

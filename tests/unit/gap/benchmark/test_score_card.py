@@ -138,12 +138,14 @@ def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
     smallest = [{"label": TEAR, "parameter": "f0_factor", "value": 0.8}]
     seen = {"gap": {"present": True, "smallest_detectable": smallest}}
     large = case(key(TEAR, amplitude=0.5), answer({TEAR: 0.9}, **seen))
-    small = case(key(TEAR, amplitude=0.7), answer({GAIN: 0.9}, **seen))
-    unlisted = case(key(TEAR, amplitude=0.1), answer({GAIN: 0.9}))
+    both = {TEAR: 0.05, GAIN: 0.9}
+    small = case(key(TEAR, amplitude=0.7), answer(both, **seen))
     other = [{"label": TEAR, "parameter": "slack_factor", "value": 0.9}]
     by_another = {"gap": {"present": True, "smallest_detectable": other}}
-    unmeasured = case(key(TEAR, amplitude=0.7), answer({TEAR: 0.9}, **by_another))
-    assert unmeasured.large
+    unlisted = case(key(TEAR, amplitude=0.1), answer(both, **by_another))
+    in_other_units = key(TEAR, amplitude=0.7)
+    in_other_units["effects"][0]["parameter"] = "torn_mm"
+    assert case(in_other_units, answer({TEAR: 0.9}, **by_another)).large
     unanswered = case(key(TEAR), None)
     assert [c.large for c in (large, small, unlisted, unanswered)] == [True, False, False, True]
     scores = group_scores([large, small, unlisted, unanswered])

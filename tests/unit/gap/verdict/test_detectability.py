@@ -32,9 +32,9 @@ def residual(rng: np.random.Generator, degrees: float) -> Residual:
     )  # fmt: skip
 
 
-def answers(one: Hypothesis, noise: Residual, relative: float) -> np.ndarray:
-    """Changes (D, TRIES) by a unit of the first parameter, of persons who answer in their ways."""
-    slope, effect = one.slope[:, 0], one.effects[0]
+def answers(one: Hypothesis, i: int, noise: Residual, relative: float) -> np.ndarray:
+    """Changes (D, TRIES) by a unit of parameter `i`, of persons who answer in their ways."""
+    slope, effect = one.slope[:, i], one.effects[0]
     error = change_error(noise, slope, own_error(effect, relative), effect.changes_body)
     back = np.linalg.inv(noise.axes.matrix)
     covariance = back @ (np.diag(error.variance) + error.rows.T @ error.rows) @ back.T
@@ -56,15 +56,28 @@ def test_promised_amplitude_is_found_as_often_as_promised(
     noise = residual(rng, degrees)
     # So large that the amplitude lies inside the bounds of the parameter.
     slope *= 100.0 / np.linalg.norm(noise.whiten(slope[:, 0]))
+    slope[:, 1:] *= 3.0
     one = Hypothesis((effect,), np.zeros(len(effect.params)), np.zeros((3 * SIZE, 1)), slope, 1.0)
     _, null = effect_shaped(noise, [slope], 1)
     threshold = float(np.quantile(null, 0.975))
     others = {"glr": 2.0 * threshold, "on_record": 2.0 * threshold}
-    [promised] = smallest_detectable([one], noise, {**others, test: threshold}, relative, 1)
-    amplitude = effect.params[0].internal(promised.value)
-    changed = amplitude * answers(one, noise, relative) + draws(noise, TRIES, 5)
-    found = shaped(noise, changed, [slope]) > threshold
-    assert np.mean(found) == pytest.approx(POWER, abs=0.05)
+    promised = smallest_detectable([one], noise, {**others, test: threshold}, relative, 1)
+    assert [row.parameter for row in promised] == [param.name for param in effect.params]
+    for i, (param, row) in enumerate(zip(effect.params, promised, strict=True)):
+        amplitude = param.internal(row.value)
+        changed = amplitude * answers(one, i, noise, relative) + draws(noise, TRIES, 5)
+        found = shaped(noise, changed, [slope]) > threshold
+        assert np.mean(found) == pytest.approx(POWER, abs=0.05)
+
+
+def test_no_amplitude_is_promised_that_its_effect_cannot_have() -> None:
+    """Fewer fibres without less strength would be stronger fibres."""
+    effect = next(e for e in library(SETUP) if e.label == "body/strength_loss/biceps")
+    noise = residual(np.random.default_rng(3), 1e6)
+    slope = 1e3 * np.random.default_rng(5).normal(size=(3 * SIZE, 2))
+    one = Hypothesis((effect,), np.zeros(2), np.zeros((3 * SIZE, 1)), slope, 1.0)
+    [promised] = smallest_detectable([one], noise, {"glr": 4.0}, 0.0, 1)
+    assert promised.parameter == "f0_factor"
 
 
 def test_what_scatter_hides_at_any_size_is_not_promised() -> None:

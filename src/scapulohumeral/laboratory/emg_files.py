@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -81,6 +82,8 @@ EMG_MAP_SCHEMA = closed(
     "channels",
 )
 # What to do about a participant file of a diagnosis that cannot be read.
+# Of envelopes that are written here, as participant files of a diagnosis name it.
+UNIT = "fraction_of_mvc"
 MAKE_AGAIN = "Make it again: scapulohumeral convert."
 # What makes an envelope meaningless; above the MVC it is only too large.
 SPOILING = ("clipping", "mains_hum", "dead")
@@ -315,34 +318,65 @@ def describe(check: Check) -> str:
 
 
 def check_participant(folder: Path) -> None:
-    """Refuse the folder of a participant of the study, which takes raw EMG and no envelopes.
+    """Refuse a participant file that does not go with shares of maximal voluntary contractions.
 
     Raises
     ------
-    ConfigError                      names the participant file
+    ConfigError                      the participant is of the study, which takes raw EMG and no
+                                     envelopes, or has EMG of another unit
     """
-    if is_of_study(participant_document(folder, MAKE_AGAIN) or {}):
+    document = participant_document(folder, MAKE_AGAIN) or {}
+    path = folder / PARTICIPANT_FILE
+    if is_of_study(document):
         raise ConfigError(
-            f"{folder / PARTICIPANT_FILE}: is of the study, which makes envelopes itself; expected "
-            "the folder of converted trials as --out. Name raw recordings in this file under emg: "
-            "mvc, trials and delay_s."
+            f"{path}: is of the study, which makes envelopes itself; expected the folder of "
+            "converted trials as --out. Name raw recordings in this file under emg: mvc, trials "
+            "and delay_s."
+        )
+    unit = _emg(document).get("unit", UNIT)
+    if unit != UNIT:
+        raise ConfigError(
+            f"{path}, emg.unit: {unit}; expected {UNIT}, which envelopes written here are. Name "
+            "another folder, or remove the entry emg if its trials are gone."
         )
 
 
 def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -> Path | None:
-    """Put the EMG set-up into the participant file of a diagnosis, where there is one."""
+    """Put the EMG set-up into the participant file of a diagnosis, where there is one.
+
+    Channels that it had before stay as long as a table of the folder has them: trials may have been
+    processed one after the other, and from other electrodes.
+    """
     document = participant_document(folder, MAKE_AGAIN)
     if document is None:
         return None
     path = folder / PARTICIPANT_FILE
     text = path.read_text(encoding="utf-8")
-    pairs = [pair for pair in emg_map.neighbours if set(pair) <= set(channels)]
+    before, recorded = _emg(document), _columns(folder)
+    known = {
+        **{name: own for name, own in before.get("channels", {}).items() if name in recorded},
+        **{f"EMG_{name}": list(emg_map.muscles[name]) for name in channels},
+    }
+    pairs = [[f"EMG_{name}" for name in pair] for pair in emg_map.neighbours]
+    pairs += [list(pair) for pair in before.get("neighbours", ()) if list(pair) not in pairs]
     document["emg"] = {
-        "unit": "fraction_of_mvc",
-        "channels": {f"EMG_{name}": list(emg_map.muscles[name]) for name in channels},
-        "neighbours": [[f"EMG_{name}" for name in pair] for pair in pairs],
+        "unit": UNIT,
+        "channels": known,
+        "neighbours": [pair for pair in pairs if set(pair) <= known.keys()],
     }
     comment = "".join(line for line in text.splitlines(keepends=True) if line.startswith("#"))
     body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=100)
     path.write_text(comment + body, encoding="utf-8")
     return path
+
+
+def _emg(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What a participant file says of EMG; nothing if it says it in no way that can be read."""
+    entry = document.get("emg")
+    return entry if isinstance(entry, Mapping) else {}
+
+
+def _columns(folder: Path) -> set[str]:
+    """Names of all columns of the tables in a folder."""
+    texts = (path.read_text(encoding="utf-8", errors="replace") for path in folder.glob("*.csv"))
+    return {name.strip() for text in texts for name in text.partition("\n")[0].split(",")}

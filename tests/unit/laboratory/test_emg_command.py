@@ -86,6 +86,43 @@ def test_a_diagnosis_reads_what_was_written(tmp_path: Path) -> None:
     assert file.participant.neighbours == (("EMG_infra", "EMG_delt"),)
 
 
+def test_channels_of_trials_that_were_processed_before_stay(tmp_path: Path) -> None:
+    """A table that is gone, or other muscles under an electrode, are told by the last run."""
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    out, map_file = tmp_path / "out", tmp_path / "emg.yaml"
+    out.mkdir()
+    file = out / "participant.yaml"
+    file.write_text(PARTICIPANT, encoding="utf-8")
+    assert cli.main(arguments) == 0
+    later = EMG_MAP.replace("infra:", "teres:").replace("[infra]", "[supra]")
+    later = later.replace("[[infra, delt]]", "[[teres, delt]]")
+    map_file.write_text(later, encoding="utf-8")
+    (out / "reach_r1_emg.csv").rename(out / "lift_r1_emg.csv")
+    assert cli.main(arguments) == 0
+    emg = yaml.safe_load(file.read_text(encoding="utf-8"))["emg"]
+    every = {"EMG_infra": ["infra"], "EMG_delt": ["delt_scap"], "EMG_teres": ["supra"]}
+    assert emg["channels"] == every
+    assert emg["neighbours"] == [["EMG_teres", "EMG_delt"], ["EMG_infra", "EMG_delt"]]
+    (out / "lift_r1_emg.csv").unlink()
+    assert cli.main(arguments) == 0
+    emg = yaml.safe_load(file.read_text(encoding="utf-8"))["emg"]
+    assert emg["channels"].keys() == {"EMG_delt", "EMG_teres"}
+    assert emg["neighbours"] == [["EMG_teres", "EMG_delt"]]
+
+
+def test_emg_of_another_unit_is_not_mixed_with_shares_of_maximal_contractions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    (tmp_path / "out").mkdir()
+    other = PARTICIPANT + "emg: {unit: fraction_of_max, channels: {EMG_a: [infra]}}\n"
+    file = tmp_path / "out" / "participant.yaml"
+    file.write_text(other, encoding="utf-8")
+    assert cli.main(arguments) == 2
+    assert "emg.unit: fraction_of_max; expected fraction_of_mvc" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == other
+
+
 def test_a_clipped_channel_is_named_and_left_out(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -39,7 +39,6 @@ from scapulohumeral.gap.recording.participant_file import (
     ParticipantFile,
     by_file,
     check_groups,
-    check_windows,
     find_participant,
     read_participant_file,
 )
@@ -153,7 +152,6 @@ def read_case(request: Request, config: Config) -> Case:
     (tests, notes), (references, skipped) = map(trial_files, (request.tests, request.references))
     notes += skipped
     described = [(file, references)] if request.participant else by_file(references, file, masses)
-    check_windows(file, tests, [path for own, paths in described if own is file for path in paths])
     test, reference = _read([(file, tests)], notes), _read(described, notes)
     case = make_case(file.participant, test, reference, request.seed, request.threads, notes)
     check_tasks(case)

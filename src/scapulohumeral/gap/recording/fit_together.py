@@ -108,6 +108,14 @@ def unlike_others(case: Case) -> list[str]:
                     f"{trial.name}: the movement lasts {length:.2f} s, those of task {task} "
                     f"{usual:.2f} s in the median; look whether it is whole (window_s)"
                 )
+    windows = {trial.name: trial.window_s for trial in case.reference}
+    for trial in () if case.one_movement else case.test:
+        if windows.get(trial.name) == trial.window_s:
+            notes.append(
+                f"{trial.name}: test and reference trial of this name have one window, "
+                f"{trial.window_s[0]:g} to {trial.window_s[1]:g} s; if it is not that of both, put "
+                "a participant.yaml into the folder of each side"
+            )
     for trial in case.trials:
         series = trial.emg
         if series is not None and (still := np.ptp(series.values, axis=0) == 0.0).any():

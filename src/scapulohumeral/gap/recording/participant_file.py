@@ -119,23 +119,6 @@ def _check_alike(own: ParticipantFile, file: ParticipantFile) -> None:
             )
 
 
-def check_windows(file: ParticipantFile, tests: Sequence[Path], references: Sequence[Path]) -> None:
-    """Refuse the window of a movement that one file gives for two trials, one on each side.
-
-    Raises
-    ------
-    ConfigError                      names the entry and both trials
-    """
-    named = {path.stem: path for path in references}
-    for path in tests:
-        entry, other = file.trials.get(path.stem), named.get(path.stem)
-        if entry is not None and entry.window_s is not None and other is not None:
-            raise ConfigError(
-                f"{file.path}, trials.{path.stem}.window_s: of {path} or of {other}; expected one "
-                f"trial of this name. Put a {FILE_NAME} into the folder of each side."
-            )
-
-
 def _beside(folder: Path) -> Path | None:
     candidates = (folder / FILE_NAME, folder.parent / FILE_NAME)
     return next((path for path in candidates if path.is_file()), None)

@@ -1,5 +1,6 @@
 """What files that are sound one by one may not, or cannot, be compared by is refused, or said."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -140,6 +141,17 @@ def test_a_fragment_of_a_movement_is_told() -> None:
     assert unlike_others(case((), trial("a", window_s=(0.0, 1.0)), reference=whole)) == []
     [note] = unlike_others(case((), trial("a", window_s=(0.0, 0.44)), reference=whole))
     assert note.startswith("a: the movement lasts 0.44 s, those of task lift 2.00 s")
+
+
+def test_one_window_of_two_trials_of_one_name_is_told() -> None:
+    """Entries of a participant file above both sides are of both."""
+    pair = trial("a"), trial("a")
+    [note] = unlike_others(case((), pair[0], reference=pair[1:]))
+    assert note.startswith("a: test and reference trial of this name have one window, 0.5 to 2.5 s")
+    others = trial("b"), trial("a", window_s=(0.5, 2.6))
+    assert unlike_others(case((), pair[0], reference=others)) == []
+    same_movement = replace(case((), pair[0], reference=pair[1:]), one_movement=True)
+    assert unlike_others(same_movement) == []
 
 
 def test_a_channel_that_never_changes_is_told() -> None:

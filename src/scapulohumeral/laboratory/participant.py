@@ -19,7 +19,7 @@ from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
 from scapulohumeral.laboratory.folders import make_folder
-from scapulohumeral.laboratory.record import record_path
+from scapulohumeral.laboratory.record import read_record, record_path
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
@@ -32,6 +32,9 @@ SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
 # A repeat in the name of a trial: a number from 1 on, which may begin with zeros.
 REPEAT = "0*[1-9][0-9]*"
+# ASSUME: a trunk that leans otherwise by less than this changes joint moments of the arm by a tenth
+# at most, its sine.
+LEANING_DEG = 5.0
 # Common for recordings of markers on skin.
 SMOOTH_CUTOFF_HZ = 6.0
 
@@ -314,7 +317,13 @@ def _write(path: Path, document: Mapping[str, Any], comment: str) -> None:
     path.write_text(f"# {comment}\n{text}", encoding="utf-8")
 
 
-def gravity_of_records(records: Sequence[Mapping[str, Any]]) -> tuple[float, ...] | None:
+def kept_records(folder: Path) -> dict[str, dict[str, Any]]:
+    """Records of the conversions that a folder holds, by trial, but for those with a fault."""
+    records = {table.stem: read_record(table) for table in sorted(folder.glob("*.csv"))}
+    return {name: record for name, record in records.items() if record.get("usable")}
+
+
+def gravity_of_records(records: Iterable[Mapping[str, Any]]) -> tuple[float, ...] | None:
     """Mean gravity in thorax axes of records of conversions; None if none of them knows it."""
     known = [r["gravity_in_thorax_mps2"] for r in records if r.get("gravity_in_thorax_mps2")]
     if not known:
@@ -322,3 +331,26 @@ def gravity_of_records(records: Sequence[Mapping[str, Any]]) -> tuple[float, ...
     mean = np.mean(known, axis=0)
     scaled = GRAVITY_MPS2 * mean / np.linalg.norm(mean)
     return tuple(round(float(value), 5) for value in scaled)
+
+
+def leaning(records: Mapping[str, Mapping[str, Any]], gravity: Sequence[float]) -> list[str]:
+    """Trials whose trunk leans otherwise than the one gravity of a participant says, in words.
+
+    Parameters
+    ----------
+    records : of conversions, by trial; gravity : (3,) in thorax axes, of all
+    """
+    notes = []
+    for name, record in records.items():
+        own = record.get("gravity_in_thorax_mps2")
+        if not own:
+            continue
+        cosine = np.dot(own, gravity) / np.linalg.norm(own) / np.linalg.norm(gravity)
+        angle_deg = float(np.rad2deg(np.arccos(min(float(cosine), 1.0))))
+        if angle_deg > LEANING_DEG:
+            notes.append(
+                f"{name}: gravity is turned by {angle_deg:.0f} deg in the thorax against the mean "
+                f"of all trials, which {PARTICIPANT_FILE} holds; put trials of another posture "
+                "into another folder, as another participant"
+            )
+    return notes

@@ -6,6 +6,7 @@ import made_recordings as made
 import numpy as np
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
 from scapulohumeral import cli
 from scapulohumeral.errors import ConfigError
@@ -23,12 +24,17 @@ SIZE = 1.12
 BODY = ["--body-mass", "60", "--height", "1.65", "--sex", "female"]
 
 
-def session(folder: Path, names: list[str]) -> list[str]:
-    """Recordings of a person 1.12 times the model, and their map; arguments of the commands."""
+def session(folder: Path, names: list[str], bent: tuple[str, ...] = ()) -> list[str]:
+    """Recordings of a person 1.12 times the model, and their map; arguments of the commands.
+
+    In those that are `bent`, the trunk leans by 20 deg more.
+    """
     points = made.landmarks(made.arm_angles(), MODEL)
-    larger = made.marked({name: SIZE * p for name, p in points.items()})
+    more = Rotation.from_euler("x", 20.0, degrees=True).as_matrix()
     for name in names:
-        made.write_c3d(folder / f"{name}.c3d", larger)
+        turn = more if name in bent else np.eye(3)
+        larger = {label: SIZE * p @ turn.T for label, p in points.items()}
+        made.write_c3d(folder / f"{name}.c3d", made.marked(larger))
     return ["--map", str(made.write_map(folder / "map.yaml"))]
 
 
@@ -102,6 +108,44 @@ def test_a_further_conversion_keeps_what_the_participant_file_says(
     assert cli.main(["convert", second, *arguments, *more, "--id", "bob"]) == 2
     assert "is of 'ann', for a diagnosis, and would be replaced" in capsys.readouterr().err
     assert file.read_bytes() == before
+
+
+def gravity_of(file: Path) -> np.ndarray:
+    return np.array(yaml.safe_load(file.read_text(encoding="utf-8"))["gravity_in_thorax_mps2"])
+
+
+def test_gravity_is_that_of_all_trials_however_many_runs_brought_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A trial that comes later does not tilt those before; one that leans otherwise is named."""
+    names = ["reach_1", "reach_2", "stoop_1"]
+    arguments = session(tmp_path, [*names, "static"], bent=("stoop_1",))
+    files = {name: str(tmp_path / f"{name}.c3d") for name in names}
+    at_once, in_turn = tmp_path / "at_once", tmp_path / "in_turn"
+    more = [*BODY, "--id", "ann", *arguments]
+    assert cli.main(["convert", *files.values(), *more, "--out", str(at_once)]) == 0
+    assert cli.main(["convert", files["reach_1"], *more, "--out", str(in_turn)]) == 0
+    upright = gravity_of(in_turn / "participant.yaml")
+    rest = [files["reach_2"], files["stoop_1"]]
+    capsys.readouterr()
+    assert cli.main(["convert", *rest, *more, "--out", str(in_turn)]) == 0
+    said = capsys.readouterr().out
+    assert "note      stoop_1: gravity is turned by 13 deg" in said
+    assert "note      reach_1: gravity is turned by 7 deg" in said
+    mean = gravity_of(at_once / "participant.yaml")
+    np.testing.assert_allclose(gravity_of(in_turn / "participant.yaml"), mean, atol=1e-4)
+    assert np.linalg.norm(mean - upright) > 0.5
+
+    person = ["participant", "--static", str(tmp_path / "static.c3d"), *more]
+    people = ["--out", str(tmp_path / "people"), "--trials"]
+    assert cli.main([*person, *people, str(at_once / "reach_1.csv")]) == 0
+    file = tmp_path / "people" / "ann" / "participant.yaml"
+    np.testing.assert_allclose(gravity_of(file), upright, atol=1e-4)
+    later = [str(at_once / f"{name}.csv") for name in names[1:]]
+    capsys.readouterr()
+    assert cli.main([*person, *people, *later]) == 0
+    assert "note      stoop_1: gravity is turned by 13 deg" in capsys.readouterr().out
+    np.testing.assert_allclose(gravity_of(file), mean, atol=1e-4)
 
 
 def test_trials_of_one_name_and_recordings_in_their_place_are_refused(

@@ -94,9 +94,9 @@ def _write_participant(
         print("no participant of a diagnosis: it needs a recording without a fault, see above")
         return
     points = [outcome.points for outcome in usable if outcome.points]
-    gravity = participant.gravity_of_records(
-        [{"gravity_in_thorax_mps2": o.source.gravity_mps2} for o in usable if o.source]
-    )
+    # Those of earlier runs count as well: the file is of all trials in the folder.
+    records = participant.kept_records(options.out)
+    gravity = participant.gravity_of_records(records.values())
     if not points or gravity is None:
         raise ConfigError(
             "--body-mass: a participant needs landmarks and the axis that points up; expected "
@@ -113,6 +113,8 @@ def _write_participant(
     )
     written = participant.write_diagnosis_participant(options.out, person, tables, trials)
     print(f"participant of a diagnosis: {written}")
+    for note in participant.leaning(records, gravity):
+        print(f"note      {note}")
 
 
 def run(options: argparse.Namespace, command: str) -> int:

@@ -68,6 +68,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     from scapulohumeral.laboratory.participant import (
         Person,
         gravity_of_records,
+        kept_records,
+        leaning,
         mean_gravity,
         write_study_participant,
     )
@@ -79,8 +81,10 @@ def run(options: argparse.Namespace, command: str) -> int:
     statics = [read_landmarks(file, calibration) for file in options.static]
     scale = scale_factors([static.points for static in statics], tables)
     records = {table: read_record(table) for table in options.trials}
-    # That of the trials themselves, as far as their records hold it.
-    gravity = gravity_of_records(list(records.values())) or mean_gravity(
+    # That of the trials themselves, as far as their records hold it, earlier ones included.
+    known = kept_records(options.out / options.id)
+    known |= {table.stem: record for table, record in records.items()}
+    gravity = gravity_of_records(known.values()) or mean_gravity(
         [(thorax_frame(static.points), static.up) for static in statics]
     )
     person = Person(options.id, body, scale, gravity)
@@ -90,6 +94,8 @@ def run(options: argparse.Namespace, command: str) -> int:
     for table, record in records.items():
         if not record.get("usable", True):
             print(f"note      {table.stem}: has a fault, see findings of {record_path(table)}")
+    for note in leaning(known, gravity):
+        print(f"note      {note}")
     print(f"{path}: {len(trials)} trials; scale factors", *_listed(scale))
     return 0
 

@@ -9,7 +9,7 @@ Letters: N nodes, T frames.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -91,11 +91,17 @@ def task_distance(pose: np.ndarray, recorded: np.ndarray) -> TaskDistance:
 def recording_distance(
     pose: np.ndarray, recorded: np.ndarray, plane: str, rest_below_deg: float
 ) -> RecordingDistance:
-    """Distance of one predicted elevation, poses (N, 13), from a recorded one, poses (T, 13)."""
+    """Distance of one predicted elevation, poses (N, 13), from a recorded one, poses (T, 13).
+
+    Not a number where the arm does not rise from below the recorded peak, as in a trial that lowers
+    it, and at rest where it is never as low.
+    """
     rise, known = _rise(pose), _rise(recorded)
     elevation, peak = rise[:, ELEVATION_COLUMN], known[-1, ELEVATION_COLUMN]
     rise = rise[elevation <= peak]
     elevation = rise[:, ELEVATION_COLUMN]
+    if len(rise) < 2:
+        return RecordingDistance(*[np.nan] * len(fields(RecordingDistance)))
 
     def difference(column: int) -> np.ndarray:
         levels = np.maximum.accumulate(known[:, ELEVATION_COLUMN])
@@ -107,7 +113,9 @@ def recording_distance(
     resting, upward = elevation <= rest_below_deg, rise[:, UPWARD_ROTATION]
     return RecordingDistance(
         ur_rmse_deg=rmse(UPWARD_ROTATION),
-        ur_bias_rest_deg=float(difference(UPWARD_ROTATION)[resting].mean()),
+        ur_bias_rest_deg=(
+            float(difference(UPWARD_ROTATION)[resting].mean()) if resting.any() else np.nan
+        ),
         tilt_rmse_deg=rmse(POSTERIOR_TILT),
         internal_rotation_rmse_deg=rmse(INTERNAL_ROTATION),
         clavicle_elevation_rmse_deg=rmse(CLAVICLE_ELEVATION),

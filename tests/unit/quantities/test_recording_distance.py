@@ -1,17 +1,20 @@
-"""Distance of a predicted daily task: angle by angle, at equal time."""
+"""Distances of predicted tasks at equal time, and of elevations at equal elevation."""
+
+from dataclasses import astuple
 
 import numpy as np
 import pytest
 from synthetic_study import solution
 
-from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
+from scapulohumeral.model.rotations import ANGLE_NAMES, pose_to_trial, trial_to_pose
 from scapulohumeral.quantities.population import UPWARD_ROTATION
-from scapulohumeral.quantities.recording_distance import task_distance
-from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.quantities.recording_distance import recording_distance, task_distance
+from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 
 pytestmark = pytest.mark.unit
 
 RECORDED = solution("par2", "frontal", "quaternion").pose
+GH_Z = ANGLE_NAMES.index("GH_z")
 RMSE = ("ur", "tilt", "internal_rotation", "clavicle_elevation", "arm")
 
 
@@ -43,3 +46,23 @@ def test_equal_time_counts_and_not_equal_elevation():
     late = np.concatenate([RECORDED[:1], RECORDED[:-1]])
     assert errors(late)["arm"] > 0.5
     assert errors(late)["ur"] > 0.1
+
+
+@pytest.mark.parametrize("higher_deg", [0.5, -0.5])
+def test_a_trial_that_lowers_the_arm_has_no_rise_to_compare(higher_deg: float):
+    """It is at its highest first: the prediction may begin above it, or below."""
+    highest = int(thorax_angles(RECORDED)[:, ELEVATION_COLUMN].argmax())
+    lowered = RECORDED[highest:]
+    angles = pose_to_trial(lowered)
+    angles[:, GH_Z] += np.deg2rad(higher_deg)
+    found = recording_distance(trial_to_pose(angles), lowered, "lowering", 30.0)
+    assert np.isnan(astuple(found)).all()
+
+
+def test_an_elevation_that_never_rests_is_compared_but_at_rest():
+    rise = thorax_angles(RECORDED)[:, ELEVATION_COLUMN]
+    raised = RECORDED[rise > 40.0]
+    found = recording_distance(raised, raised, "frontal", 30.0)
+    assert np.isnan(found.ur_bias_rest_deg)
+    assert found.ur_rmse_deg == pytest.approx(0.0, abs=1e-9)
+    assert found.compared_to_deg == pytest.approx(rise.max())

@@ -222,6 +222,7 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     _check_names("variants.predict", asked, folder)
     _check_recordings(study)
     _check_conditions(study)
+    _check_loads(study)
     _check_variants(study)
     return study
 
@@ -239,9 +240,15 @@ def _check_names(key: str, names: Iterable[str], folder: Path) -> None:
 
 
 def _check_recordings(study: Study) -> None:
-    """Refuse planes and tasks without a recording."""
+    """Refuse planes and tasks without a recording, and participants with daily tasks alone."""
     for participant in study.participants:
         trials = study.trials(participant)
+        if not study.elevations(participant):
+            raise ConfigError(
+                f"{study.folder / participant / 'participant.yaml'}, trials: "
+                f"{', '.join(trials)} are all daily tasks; expected one at least that is none, to "
+                "which thorax and stops of joints are fitted. Remove daily_task from it."
+            )
         for plane in study.planes:
             if plane not in trials:
                 raise ConfigError(
@@ -253,6 +260,22 @@ def _check_recordings(study: Study) -> None:
         for task in study.config[section]["tasks"]:
             if not any(task in study.trials(name) for name in study.participants):
                 _check_task(study, section, task)
+
+
+def _check_loads(study: Study) -> None:
+    """Refuse different loads in planes that a calibration or a prediction follows in one motion."""
+    for name in study.participants:
+        if not study.conditions(name) and name not in study.calibrated():
+            continue
+        entries = study.files[name]["trials"]
+        loads = {plane: entries[plane]["hand_load_kg"] for plane in study.planes}
+        if len(set(loads.values())) > 1:
+            held = ", ".join(f"{plane} {load:g}" for plane, load in loads.items())
+            raise ConfigError(
+                f"{study.folder / name / 'participant.yaml'}, hand_load_kg: {held}; expected one "
+                "load in trials that are followed in one motion. Correct them, or choose others in "
+                "key 'planes' (--trials of scapulohumeral study)."
+            )
 
 
 def _check_task(study: Study, section: str, task: str) -> None:

@@ -37,6 +37,16 @@ def test_trials_that_all_have_are_tracked(people: Path) -> None:
     assert asked["validation"]["tasks"] == asked["prediction"]["tasks"] == asked["diagnose"] == []
 
 
+def test_a_prediction_follows_no_daily_task_unless_it_is_named(people: Path) -> None:
+    shutil.rmtree(people / "bob")
+    tracked = own_study(people, [], [], "own", CONFIG)["planes"]
+    assert "drinking" in tracked
+    predicted = own_study(people, [], ["healthy_generic"], "own", CONFIG)["planes"]
+    assert predicted == ["frontal", "scapular", "sagittal"]
+    named = own_study(people, ["drinking"], ["healthy_generic"], "own", CONFIG)
+    assert named["planes"] == ["drinking"]
+
+
 @pytest.mark.parametrize(
     ("trials", "predict", "said"),
     [

@@ -60,6 +60,31 @@ def test_elevations_come_in_one_order_and_all() -> None:
     assert names == ["frontal", "scapular", "sagittal"]
 
 
+def test_a_participant_with_daily_tasks_alone_is_refused(people: Callable[[Edit], Path]) -> None:
+    """Thorax and stops of joints are fitted to elevations."""
+
+    def all_tasks(document: dict) -> None:
+        for trial in document["trials"].values():
+            trial["daily_task"] = True
+
+    with pytest.raises(ConfigError, match="are all daily tasks; expected one at least"):
+        study(folder=people(all_tasks))
+
+
+def test_different_loads_in_one_motion_are_refused_before_anything_runs(
+    people: Callable[[Edit], Path],
+) -> None:
+    folder = people(lambda d: d["trials"]["frontal"].update(hand_load_kg=2.0))
+    with pytest.raises(ConfigError, match="par3.*hand_load_kg: sagittal 0, frontal 2; expected"):
+        study(folder=folder)
+
+    def tracked_only(config: dict) -> None:
+        config["prediction"].update(predict=[], predict_also={}, scaler_spread=[])
+        config["validation"].update(tasks=[])
+
+    assert study(tracked_only, folder).calibrated() == []
+
+
 def test_predictions_are_those_of_all_and_those_of_one() -> None:
     one = study()
     assert one.predicted() == [("par2", "healthy"), ("par3", "healthy"), ("par3", "cuff_w2")]

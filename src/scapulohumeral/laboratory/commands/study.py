@@ -107,7 +107,8 @@ def own_study(
     Parameters
     ----------
     folder : Path                    of all participants
-    trials : to track; empty: all that every participant has, daily tasks included
+    trials : to track; empty: all that every participant has; daily tasks, which no prediction
+        follows together with elevations, only where nothing is predicted
     predict : conditions to predict, with generic muscles
     report : name of the report
     config : configuration of the study
@@ -126,7 +127,14 @@ def own_study(
             f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
         )
     _check_published(folder, names, report, config)
-    recorded = {name: list(read_participant(folder, name).trials) for name in names}
+    recorded = {
+        name: [
+            trial
+            for trial, of in read_participant(folder, name).trials.items()
+            if trials or not (predict and of.daily_task)
+        ]
+        for name in names
+    }
     common = _common_trials(recorded, trials)
     _check_predictable(config["prediction"]["conditions"], predict)
     return {

@@ -61,6 +61,42 @@ def test_what_cannot_be_asked_is_refused(
         own_study(people, trials, predict, "own", CONFIG)
 
 
+def name_emg(people: Path, name: str, trials: list[str]) -> None:
+    """Put measured EMG of some trials into the file of a participant."""
+    file = people / name / "participant.yaml"
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    raw = {trial: f"{trial}_raw.csv" for trial in trials}
+    document["emg"] = {"mvc": "mvc.csv", "trials": raw, "delay_s": 0.0}
+    file.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
+
+
+def test_calibrated_muscles_are_predicted_where_all_have_measured_emg(
+    people: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    planes = ["frontal", "scapular", "sagittal"]
+    name_emg(people, "ann", planes)
+    name_emg(people, "bob", planes[:2])
+    with pytest.raises(ConfigError, match=r"--predict cuff_w2: .* of bob does not name under emg"):
+        own_study(people, [], ["cuff_w2"], "own", CONFIG)
+    assert own_study(people, planes[:2], ["cuff_w2"], "own", CONFIG)["planes"] == planes[:2]
+    name_emg(people, "bob", planes)
+    asked = own_study(people, [], ["healthy", "cuff_w2"], "own", CONFIG)
+    assert asked["prediction"]["predict"] == ["healthy", "cuff_w2"]
+    with pytest.raises(ConfigError, match="strong: expected healthy_generic, healthy"):
+        own_study(people, [], ["strong"], "own", CONFIG)
+
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess([], 0))
+    call = ["study", "--participants", str(people)]
+    assert cli.main(call) == 0
+    said = capsys.readouterr().out
+    assert "left out: calibration, daily tasks" in said
+    assert "not used: measured EMG of ann, bob" in said
+    assert cli.main([*call, "--predict", "healthy"]) == 0
+    said = capsys.readouterr().out
+    assert "left out: daily tasks" in said
+    assert "not used" not in said
+
+
 def test_names_of_the_published_study_are_refused(people: Path) -> None:
     """Results and reports are told apart by names alone."""
     with pytest.raises(ConfigError, match="--report report: is that of the published study"):

@@ -1,7 +1,8 @@
 """``scapulohumeral study``: run the study, of this repository or of a folder of own participants.
 
 A thin wrapper of Snakemake. For own participants it writes what differs from the configuration
-into ``study.yaml`` in their folder, where it can be read and changed.
+into ``study.yaml`` in their folder, anew each time. To ask for more, change a copy of it and run
+``snakemake --configfile config/config.yaml COPY``.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ EXAMPLES = """examples:
   scapulohumeral study --participants people --profile slurm
   scapulohumeral study --dry-run                         # what would run, and why
 
-Own participants are made by 'scapulohumeral participant'. What needs measured EMG or published
-values is left out, and named. Results go to results/, the report to reports/.
+Own participants are made by 'scapulohumeral participant'. What needs published values is left out,
+and named. Muscles are calibrated for predictions that ask for it, if participant.yaml names
+measured EMG of all trials. Results go to results/, the report to reports/.
 """
 
 
@@ -41,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--participants", type=Path, metavar="DIR", help="folder of own participants")
     add("--trials", nargs="+", default=[], metavar="NAME", help="default: those that all have")
-    add("--predict", nargs="+", default=[], metavar="CONDITION", help="of config.yaml, generic")
+    add("--predict", nargs="+", default=[], metavar="CONDITION", help="of config.yaml")
     add("--report", default="own", metavar="NAME", help="reports/NAME.html (default own)")
     add("--quick", action="store_true", help="the quick study of config/quick.yaml")
     add("--profile", default="default", help="how to run: a folder of workflow/profiles")
@@ -86,12 +88,19 @@ def _written_overlay(options: argparse.Namespace) -> Path:
     path.write_text(f"# Made by scapulohumeral study; over config/config.yaml.\n{text}", "utf-8")
     print(f"{path}: participants {', '.join(overlay['participants'])}")
     print(f"trials: {', '.join(overlay['planes'])}")
-    print(
-        "left out: calibration and validation (simulated EMG is that of published participants), "
-        "comparison with published values"
-        + ("" if options.predict else ", predictions (name some with --predict)")
-        + ", diagnosis of the report (run scapulohumeral gap diagnose)"
-    )
+    conditions = config["prediction"]["conditions"]
+    calibrated = [one for one in options.predict if conditions[one]["parameters"] != "generic"]
+    left_out = {
+        "calibration": not calibrated,
+        "daily tasks as validation": True,
+        "comparison with published values": True,
+        "predictions (name some with --predict)": not options.predict,
+        "diagnosis of the report (run scapulohumeral gap diagnose)": True,
+    }
+    print("left out:", ", ".join(what for what, out in left_out.items() if out))
+    unused = [] if calibrated else _having_emg(folder, overlay["participants"], [])
+    if unused:
+        print(f"not used: measured EMG of {', '.join(unused)}, which no prediction asks for")
     return path
 
 
@@ -109,7 +118,7 @@ def own_study(
     folder : Path                    of all participants
     trials : to track; empty: all that every participant has; daily tasks, which no prediction
         follows together with elevations, only where nothing is predicted
-    predict : conditions to predict, with generic muscles
+    predict : conditions to predict; those of calibrated muscles need measured EMG
     report : name of the report
     config : configuration of the study
 
@@ -136,7 +145,10 @@ def own_study(
         for name in names
     }
     common = _common_trials(recorded, trials)
-    _check_predictable(config["prediction"]["conditions"], predict)
+    with_emg = _having_emg(folder, names, common)
+    _check_predictable(
+        config["prediction"]["conditions"], predict, [one for one in names if one not in with_emg]
+    )
     return {
         "report": report,
         "participants_folder": str(folder),
@@ -188,16 +200,34 @@ def _common_trials(recorded: Mapping[str, list[str]], wanted: Sequence[str]) -> 
     return list(wanted or common)
 
 
-def _check_predictable(conditions: Mapping[str, Any], wanted: Sequence[str]) -> None:
-    """Refuse predictions that need muscles calibrated to EMG."""
+def _having_emg(folder: Path, names: Sequence[str], trials: Sequence[str]) -> list[str]:
+    """Participants whose files name measured EMG, of all of some trials at least."""
+    from scapulohumeral.model.participant_file import read_participant_file
+
+    files = {name: read_participant_file(folder, name) for name in names}
+    return [
+        n for n, file in files.items() if "emg" in file and {*trials} <= {*file["emg"]["trials"]}
+    ]
+
+
+def _check_predictable(
+    conditions: Mapping[str, Any], wanted: Sequence[str], without_emg: Sequence[str]
+) -> None:
+    """Refuse predictions that need muscles calibrated to EMG that some participants lack."""
     possible = [
         name
         for name, condition in conditions.items()
         if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
     ]
+    unknown = [name for name in wanted if name not in conditions]
     wrong = [name for name in wanted if name not in possible]
-    if wrong:
+    if unknown or (wrong and without_emg):
+        allowed = possible if without_emg else conditions
+        why = (
+            f"; the others need muscles calibrated to measured EMG of all trials, which "
+            f"participant.yaml of {', '.join(without_emg)} does not name under emg"
+        )
         raise ConfigError(
-            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "
-            "muscles calibrated to EMG."
+            f"--predict {', '.join(unknown or wrong)}: expected {', '.join(allowed)}"
+            f"{why if without_emg else ''}."
         )

@@ -11,7 +11,7 @@ from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
 from scapulohumeral.quantities.population import CITATION
 from scapulohumeral.report.calibration import figures as calibration_figures
-from scapulohumeral.report.coordination import Cases
+from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.gap.real_cases import real_content
 from scapulohumeral.report.player import build_scene
@@ -204,18 +204,19 @@ def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
 
 def player(study: Study) -> str:
     """Interactive view of the predictions, or of a tracked motion where there are none."""
-    cases = study.coordination.cases.get(PREDICTED_PARTICIPANT)
-    scenes = _tracked_scenes(study) if cases is None else _predicted_scenes(study, cases)
+    every = sorted(
+        study.coordination.cases.values(), key=lambda c: c.participant != PREDICTED_PARTICIPANT
+    )
+    predicted = (_predicted_scenes(study, c, c.healthy) for c in every if c.healthy is not None)
+    scenes = next(predicted, None) or _tracked_scenes(study)
     return player_html(scenes, GROUP_NAMES) if scenes else ""
 
 
-def _predicted_scenes(study: Study, cases: Cases) -> list[Scene]:
-    if cases.healthy is None:
-        return []
+def _predicted_scenes(study: Study, cases: Cases, healthy: Prediction) -> list[Scene]:
     name = cases.participant
-    chosen = (("predicted, healthy", cases.healthy), ("predicted, cuff-limited", cases.cuff))
+    chosen = (("predicted, healthy", healthy), ("predicted, cuff-limited", cases.cuff))
     scenes = [_scene(study, name, p.solution, label) for label, p in chosen if p is not None]
-    return [*scenes, _scene(study, name, cases.healthy.solution, "tracked motion", recorded=True)]
+    return [*scenes, _scene(study, name, healthy.solution, "tracked motion", recorded=True)]
 
 
 def _tracked_scenes(study: Study) -> list[Scene]:

@@ -160,11 +160,13 @@ class Cases:
     ----------
     predictions : all solved ones
     published : published predictions by name
+    whole : name of the condition with the full force of the muscles that others are compared with
     """
 
     participant: str
     predictions: tuple[Prediction, ...]
     published: Mapping[str, Motion]
+    whole: str = HEALTHY
 
     @property
     def headline(self) -> tuple[Prediction, ...]:
@@ -177,7 +179,7 @@ class Cases:
     @property
     def healthy(self) -> Prediction | None:
         """Muscles as the study has them for the participant, with their full force."""
-        return self._first(lambda p: p.condition.name == HEALTHY)
+        return self._first(lambda p: p.condition.name == self.whole)
 
     @property
     def generic(self) -> Prediction | None:
@@ -380,6 +382,9 @@ def _read_predictions(
 def _cases(
     participant: str, predictions: Sequence[Prediction], published: Mapping[str, Path]
 ) -> Cases:
-    solved = tuple(p for p in predictions if p.participant == participant and not p.failed)
+    own = [p for p in predictions if p.participant == participant]
+    # One that was asked for and failed is replaced by no other.
+    asked = [p.condition.name for p in own if not p.limited]
+    whole = HEALTHY if HEALTHY in asked or not asked else asked[0]
     motions = {name: read_motion(path) for name, path in published.items()}
-    return Cases(participant, solved, motions)
+    return Cases(participant, tuple(p for p in own if not p.failed), motions, whole)

@@ -10,7 +10,11 @@ import pandas as pd
 
 from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.prediction.targets import prediction_verdicts
-from scapulohumeral.report.published.paper import CUFF_STABILITY_WEIGHT, PREDICTED_PARTICIPANT
+from scapulohumeral.report.published.paper import (
+    CUFF_MUSCLES,
+    CUFF_STABILITY_WEIGHT,
+    PREDICTED_PARTICIPANT,
+)
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 
@@ -32,7 +36,8 @@ def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
         verdicts += validation_verdicts(coordination.validation)
     if not coordination.prediction_table.empty:
         verdicts += solve_verdicts(coordination.prediction_table)
-        verdicts.append(smallest_stable_weight(coordination))
+        if any(p.limited == CUFF_MUSCLES for p in coordination.predictions):
+            verdicts.append(smallest_stable_weight(coordination))
     if coordination.judged is not None and coordination.judged.has_limits:
         verdicts += prediction_verdicts(coordination.judged)
     return verdicts

@@ -17,11 +17,14 @@ import pandas as pd
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import Motion, participant_of, read_motion, read_participant
+from scapulohumeral.model.participant_file import list_participants
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.provenance import CONFIG_FOLDER
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
 from scapulohumeral.report.coordination import Coordination, CoordinationFiles, read_coordination
 
+PUBLISHED = CONFIG_FOLDER / "participants"
 FORMULATIONS = ("quaternion", "euler")
 
 
@@ -144,6 +147,11 @@ class Study:
     blind_scores: list[dict[str, Any]]
     real_cases: pd.DataFrame
     speed: dict[str, dict[str, Any]]
+
+    @property
+    def of_published(self) -> bool:
+        """Whether any participant is one of the paper's, whose data and values are public."""
+        return not set(list_participants(PUBLISHED)).isdisjoint(self.models)
 
     def solved(self, formulation: str) -> list[Run]:
         """Converged solves of a formulation."""

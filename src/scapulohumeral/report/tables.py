@@ -27,6 +27,10 @@ ARM_SEGMENTS = {
 }
 # An arm whose mass belongs to a body more than twice, or less than half, as heavy is no arm.
 IMPLAUSIBLE_RATIO = 2.0
+# What a model record says of a body mass that is the participant's own.
+OWN_MASS = "participant"
+# Weights of terms that daily tasks do not have, in the section of the configuration that both use.
+ONLY_OF_CALIBRATION = ("weight emg", "weight parameters")
 STANDARD_GRAVITY = 9.80665
 
 AGREES_WITHIN_DEG = 1.0
@@ -105,7 +109,7 @@ def masses(study: Study) -> Table:
                 f"{expected:.2f}",
                 f"{ratio:.2f}",
                 f"{body * ratio:.0f}",
-                mass_judgement(body, ratio),
+                mass_judgement(body, ratio, known=record.body_mass_source == OWN_MASS),
             )
         )
     columns = (
@@ -120,10 +124,16 @@ def arm_share(record: ModelRecord) -> float:
     return sum(record.constants.anthropometry.share(part, None) for part in ARM_SEGMENTS)
 
 
-def mass_judgement(body_mass_kg: float, ratio: float) -> str:
-    """What a ratio of arm mass to anthropometry means."""
+def mass_judgement(body_mass_kg: float, ratio: float, known: bool) -> str:
+    """What a ratio of arm mass to anthropometry means.
+
+    `known` says whether the body mass is the participant's own, and not the mean of the group, from
+    which a single one may differ.
+    """
     if max(ratio, 1.0 / ratio) > IMPLAUSIBLE_RATIO:
         return "implausible: no arm weighs this"
+    if known:
+        return "plausible"
     lightest, heaviest = (BODY_MASS_MEAN_KG + k * BODY_MASS_SD_KG for k in (-2.0, 2.0))
     if lightest <= body_mass_kg * ratio <= heaviest:
         return "plausible"
@@ -374,6 +384,8 @@ def settings(study: Study) -> Table:
         "prediction": [prediction.solution for prediction in study.coordination.predictions],
     }
     found = {stage: _settings(solves) for stage, solves in stages.items() if solves}
+    for name in ONLY_OF_CALIBRATION:
+        found.get("validation", {}).pop(name, None)
     names = dict.fromkeys(name for values in found.values() for name in values)
     rows = [
         (name, *(", ".join(values.get(name, ())) for values in found.values())) for name in names

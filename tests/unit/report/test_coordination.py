@@ -13,7 +13,13 @@ import synthetic_study
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
-from scapulohumeral.report.coordination import Cases, Coordination, CoordinationFiles
+from scapulohumeral.report.coordination import (
+    Cases,
+    Coordination,
+    CoordinationFiles,
+    Prediction,
+    _cases,
+)
 from scapulohumeral.report.coordination_targets import (
     channel_reductions,
     coordination_verdicts,
@@ -181,6 +187,34 @@ def test_shoulders_of_another_weight_have_another_label(cases: Cases) -> None:
     other = replace(healthy, solution=replace(healthy.solution, header=heavy))
     assert condition_label(healthy) == "healthy, calibrated muscles, w_GH 2"
     assert condition_label(other) == "healthy, calibrated muscles, w_GH 10"
+
+
+def without(coordination: Coordination, *names: str) -> list[Prediction]:
+    return [p for p in coordination.predictions if p.condition.name not in names]
+
+
+def test_the_only_shoulder_of_a_study_without_calibration_is_shown(
+    coordination: Coordination, cases: Cases
+) -> None:
+    """Generic muscles stand for the whole shoulder only where no calibrated one was asked for."""
+    generic = [p for p in coordination.predictions if p.condition.name == "healthy_generic"]
+    alone = _cases("par2", generic, {})
+    assert alone.healthy.condition.name == "healthy_generic"
+    assert alone.generic is None
+    assert prediction_kinematics(alone) is not None
+    header = {**cases.healthy.solution.header, "status": "failed"}
+    failed = replace(cases.healthy, solution=replace(cases.healthy.solution, header=header))
+    both = _cases("par2", [failed, *generic], {})
+    assert both.healthy is None
+    assert both.generic.condition.name == "healthy_generic"
+
+
+def test_a_study_without_loss_of_the_cuff_is_not_judged_by_it(coordination: Coordination) -> None:
+    cuff = [n for n in synthetic_coordination.CONDITIONS if n.startswith("cuff")]
+    without_cuff = replace(coordination, predictions=without(coordination, *cuff))
+    assert "loss of the cuff" in " ".join(v.name for v in coordination_verdicts(coordination))
+    found = coordination_verdicts(without_cuff)
+    assert not [v for v in found if v.name.startswith("loss of the cuff")]
 
 
 def test_healthy_without_solution_has_no_figures(cases: Cases) -> None:

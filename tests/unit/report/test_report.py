@@ -18,6 +18,7 @@ from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.result import to_json
 from scapulohumeral.quantities.segment_angles import thorax_angles
+from scapulohumeral.report import study as study_module
 from scapulohumeral.report import targets
 from scapulohumeral.report.assumptions import find_assumptions
 from scapulohumeral.report.chapters import gap_chapter
@@ -151,7 +152,31 @@ def test_heavy_arm_is_flagged(study: Study) -> None:
     ("ratio", "judgement"), [(1.0, "plausible"), (1.4, "outside 57 to 109"), (0.4, "implausible")]
 )
 def test_judgement_of_masses(ratio: float, judgement: str) -> None:
-    assert mass_judgement(83.0, ratio).startswith(judgement)
+    assert mass_judgement(83.0, ratio, known=False).startswith(judgement)
+
+
+@pytest.mark.parametrize(
+    ("mass_kg", "ratio", "judgement"),
+    [(52.0, 1.0, "plausible"), (115.0, 1.4, "plausible"), (80.0, 2.5, "implausible")],
+)
+def test_a_participant_of_known_mass_is_judged_by_no_group(
+    mass_kg: float, ratio: float, judgement: str
+) -> None:
+    assert mass_judgement(mass_kg, ratio, known=True).startswith(judgement)
+
+
+def test_a_report_of_own_participants_claims_no_published_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = [synthetic_study.solution("par1", "sagittal", "quaternion")]
+    files = synthetic_study.write_study(tmp_path, runs)
+    published = ("zoufaond", "by number only", "Published masses", "and the paper&#39;s over")
+    assert "zoufaond" in render_report(files)
+    monkeypatch.setattr(study_module, "PUBLISHED", tmp_path)
+    own = render_report(files)
+    assert not [text for text in published if text in own]
+    assert "No participant is one of the paper" in own
+    assert "Body masses of single participants are not published" not in own
 
 
 def test_assumption_goes_on_over_comment_lines(tmp_path: Path) -> None:

@@ -25,7 +25,9 @@ from scapulohumeral.gap.detection.regions import EnteringCurve, entered_regions,
 from scapulohumeral.gap.detection.single_trials import few_in_words
 from scapulohumeral.gap.detection.size import NO_INTERVAL, gap_size, sides
 from scapulohumeral.gap.effects.library import untestable
+from scapulohumeral.gap.effects.movement_strategy import MOVEMENT_STRATEGY
 from scapulohumeral.gap.explained import Explained
+from scapulohumeral.gap.isolation.channel_gains import person_change
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.judgement import (
     NO_POSTURE_TOLD,
@@ -45,6 +47,7 @@ from scapulohumeral.gap.output.tables import (
     shows_table,
     signature_table,
 )
+from scapulohumeral.gap.output.units import in_unit_of_emg
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.unknown_input import unknown_input_left
@@ -64,6 +67,12 @@ from scapulohumeral.gap.verdict import candidates, isolability, posterior
 
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
+# A gap that shows in a shape of few channels may drown in all of them.
+NO_EXCESS = (
+    "size of the gap: over all channels together it is no larger than what noise and sessions "
+    "make; it shows in the shape of few of them"
+)
+NOT_EVEN_BY_POINTS = "not even point by point, so that there are no regions"
 # Share of the gap that may be lost on a new task without a remark.
 OVERFITTED = 0.3
 
@@ -118,15 +127,17 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     causes = _causes(found)
     gap = _gap(found)
     regions, entering = _regions(found)
-    done = judged.explained
-    if gap.size.ci95 is None:
+    explained = judged.explained
+    if gap.present and not gap.size.value:
+        warnings.append(NO_EXCESS)
+    elif gap.size.ci95 is None:
         warnings.append(NO_INTERVAL)
     if not gap.present:
         warnings += few_in_words(found.records, gap.smallest_detectable)
-    warnings += _remarks(found)
-    splitting = {e.label: e.splitting for e in evidence.effects}
+    warnings += _remarks(found, bool(regions.shows))
+    splitting = {e.label: e.splitting for e in (*evidence.effects, MOVEMENT_STRATEGY)}
     halves = found.halves if found.present else []
-    return Diagnosis(
+    done = Diagnosis(
         status=status,
         status_reason=why,
         mode="reference" if evidence.referenced else "no_reference",
@@ -138,7 +149,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         no_gap_p=p.no_gap,
         set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
         classes=candidates.effect_classes(found.judged.groups, p, splitting, found.present),
-        shrinkage=None if done is None else done.shrinkage,
+        shrinkage=None if explained is None else explained.shrinkage,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,
         untestable=() if evidence.settings.of_simulations else untestable(evidence.effects),
@@ -149,21 +160,27 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
             "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
             **_tables_of_causes(evidence, found.judged),
-            **_only_with_a_gap(variants, done),
+            **_only_with_a_gap(variants, explained),
         },
     )
+    return in_unit_of_emg(done, found.case.participant.emg_unit)
 
 
 def _causes(found: Findings) -> tuple[Candidate, ...]:
     """All hypotheses as candidates, the most probable first."""
     evidence, judged = found.evidence, found.judged
-    left = unknown_input_left(evidence.residual, evidence.unknown_inputs.columns)
+    columns, error = evidence.unknown_inputs.columns, evidence.settings.signature_error
+    least = {moved: unknown_input_left(c, columns) for moved, c in evidence.residuals.items()}
+    left = {}
+    for f in judged.fits:
+        supposed = evidence.residuals[f.moved_deg]
+        change = person_change(f, supposed, error)
+        left[f.label] = candidates.share_left(supposed, change, least[f.moved_deg])
     return candidates.candidates(
         judged.fits,
         judged.p,
         judged.groups,
         {judged.best.label: judged.agreement},
-        evidence.residual,
         left,
         judged.temperature,
     )
@@ -198,7 +215,7 @@ def _regions(found: Findings) -> tuple[Regions, list[EnteringCurve]]:
 def _gap(found: Findings) -> Gap:
     """Whether there is a gap, how large it is, and what would have been seen."""
     evidence, records, is_there = found.evidence, found.records, found.presence
-    c = evidence.residual
+    size = gap_size(evidence.cautious, sides(evidence.residual, records), found.case.seed)
     return Gap(
         present=is_there.present,
         p_value=is_there.p_value,
@@ -206,7 +223,7 @@ def _gap(found: Findings) -> Gap:
         value=is_there.value,
         threshold=is_there.threshold,
         floor_source=evidence.noise.source,
-        size=gap_size(evidence.cautious, sides(c, records), found.case.seed),
+        size=replace(size, ci95=None) if is_there.present and not size.value else size,
         no_cost=_no_cost(found),
         smallest_detectable=found.detectable,
     )
@@ -232,14 +249,14 @@ def _no_cost(found: Findings) -> Feasibility:
 
 def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFrame]:
     c, best = evidence.residual, judged.best
+    supposed, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
+    change = person_change(best, supposed, error)
     return {
-        "overlay": overlay_table(c, best, evidence.referenced),
-        "signature": signature_table(c, best),
+        "overlay": overlay_table(c, change, evidence.referenced),
+        "signature": signature_table(c, change),
         "isolability": isolability_table(judged.likely, judged.apart),
         "amplitude": amplitude_table(best, judged.by_task, judged.temperature),
-        "factors": factors_table(
-            evidence.residuals, judged.fits, evidence.settings.signature_error
-        ),
+        "factors": factors_table(evidence.residuals, judged.fits, error),
         "hypotheses": table_of(HypothesesRow, hypotheses_rows(judged)),
         "directions": table_of(DirectionsRow, directions_rows(judged)),
         "errors": table_of(ErrorsRow, _errors(evidence, judged)),
@@ -276,16 +293,18 @@ def _only_with_a_gap(
     return {"left_out": table_of(LeftOutRow, done.left_out), **filled}
 
 
-def _remarks(found: Findings) -> list[str]:
-    """What lowers the confidence in an answer, one sentence each."""
+def _remarks(found: Findings, shown: bool) -> list[str]:
+    """What lowers the confidence in an answer, one sentence each.
+
+    `shown` says whether the gap shows in any channel at any phase.
+    """
     remarks = []
     left = found.judged.left
     if left is not None and left.presence.present:
         remarks.append(left_in_words(found.judged.best.label, left))
     if found.present and not found.map.standing_out:
-        remarks.append(
-            "no channel stands out by itself: regions are those above 5 % point by point"
-        )
+        which = "regions are those above 5 % point by point" if shown else NOT_EVEN_BY_POINTS
+        remarks.append(f"no channel stands out by itself: {which}")
     if found.judged.or_posture:
         remarks.append(NO_POSTURE_TOLD)
     if not motion_is_told(found.evidence):

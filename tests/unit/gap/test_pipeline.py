@@ -14,7 +14,7 @@ from gap_movement import CHANNELS, NODES, SETTINGS, small_body, small_record
 from scapulohumeral.errors import ConfigError, DataError, SolveError
 from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly, pipeline
-from scapulohumeral.gap.answer import _remarks_on_shrinkage
+from scapulohumeral.gap.answer import NO_EXCESS, _remarks_on_shrinkage
 from scapulohumeral.gap.assembly import effects_of
 from scapulohumeral.gap.benchmark.noise_free import hidden_task, limits
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
@@ -432,6 +432,43 @@ def test_whether_activations_reach_a_record_is_asked_of_emg_that_has_a_level(mon
         assert done.gap.no_cost.tested == tested
 
 
+@pytest.mark.parametrize("unit", ["fraction_of_mvc", "fraction_of_max"])
+def test_emg_has_the_unit_of_the_participant(unit):
+    known = case(effect=RIGHT)
+    participant = replace(known.participant, emg_unit=unit)
+    done = diagnose(replace(known, participant=participant), None, SETTINGS)
+    assert done.gap.present
+    rows = (*done.regions.shows, *done.regions.enters, *done.shrinkage.groups)
+    units = {row.unit for row in rows if row.unit.startswith("fraction")}
+    for table in done.curves.values():
+        units |= {u for u in table.get("unit", ()) if u.startswith("fraction")}
+    assert units == {unit}
+
+
+def test_what_a_cause_leaves_is_told_with_the_factors_of_the_person(found_by_evidence, by_evidence):
+    """As the shrinkage is: the overlay shows both, and its table of causes says the share."""
+    done = found_by_evidence
+    table = done.curves["overlay"]
+    whole, left = (
+        float(np.sqrt(np.mean(values**2)))
+        for values in (table["difference"], table["difference"] - table["with_effect"])
+    )
+    assert left < whole
+    assert all(c.unexplained_share <= 1.0 for c in done.candidates)
+    factors = done.curves["factors"]
+    best = factors[factors["label"] == done.candidates[0].label]["factor"]
+    assert not np.allclose(best, 1.0, atol=1e-3)
+
+
+def test_a_class_with_another_movement_says_what_would_tell():
+    moved = np.zeros((DOF, 3))
+    moved[1, 0], moved[8, 1] = 12.0, 9.0
+    done = diagnosed(emg=False, moved=moved)
+    texts = [c.text for c in done.classes if c.labels[0] == MOVED]
+    assert texts or done.candidates[0].label != MOVED
+    assert not [text for text in texts if "each effect alone" in text]
+
+
 def test_variants_start_from_the_movements_solved_last(monkeypatch):
     """A cause that only fits after solving again is no less stable for that."""
     cause = "body/joint_damping/EL"
@@ -689,8 +726,10 @@ def test_missing_data_still_give_a_valid_answer(how, found_by_motion):
         assert any("no task was repeated" in warning for warning in done.warnings)
         assert done.curves["shows"]["repeated"].isna().all()
         assert {region.repeated for region in done.regions.shows} <= {None}
-    assert (done.gap.size.ci95 is None) == (how.get("repeats") == 1)
-    assert (NO_INTERVAL in done.warnings) == (how.get("repeats") == 1)
+    hidden = done.gap.present and not done.gap.size.value
+    assert (NO_EXCESS in done.warnings) == hidden
+    assert (NO_INTERVAL in done.warnings) == (how.get("repeats") == 1 and not hidden)
+    assert (done.gap.size.ci95 is None) == (how.get("repeats") == 1 or hidden)
     if not how.get("reference", True):
         assert any("no reference trials" in warning for warning in done.warnings)
         assert set(done.curves["overlay"]["compared_with"]) == {"model"}

@@ -28,12 +28,12 @@ POINTWISE_SIGMA = 1.96
 
 
 class EnteringCurve(NamedTuple):
-    """A curve (N,) of what may enter, in `unit` (N m, or that of a channel), and its threshold."""
+    """A curve (N,) of what may enter, in `unit` (N m, or that of a channel); thresholds (N,)."""
 
     kind: str
     name: str
     curve: np.ndarray
-    threshold: float
+    threshold: np.ndarray
     unit: str
 
 
@@ -130,7 +130,7 @@ def entered_regions(
             kind=kind,
             name=name,
             curve=curves[i],
-            threshold=threshold * float(spread[i].mean()),
+            threshold=threshold * spread[i],
             unit="N m" if kind == "dof" else channel_unit(name),
         )
         for i, (kind, name) in enumerate(unknown_inputs.names)

@@ -84,10 +84,24 @@ def predicted_change(
     fitted = fit(hypothesis.part(rows), training, relative_error)
     factors = gain_factors(fitted, training, relative_error)
     x, _ = freed_of_prior(fitted)
-    changes = hypothesis.changes(x).T
+    return _scaled(hypothesis.changes(x), factors, whole)
+
+
+def person_change(fitted: Fit, residual: Residual, relative_error: float) -> np.ndarray:
+    """Change (D,) that a fit says this person shows: with the factors of his channels.
+
+    Parameters are as for :func:`gain_factors`.
+    """
+    x, _ = freed_of_prior(fitted)
+    factors = gain_factors(fitted, residual, relative_error)
+    return _scaled(fitted.hypothesis.changes(x), factors, residual)
+
+
+def _scaled(changes: np.ndarray, factors: np.ndarray, residual: Residual) -> np.ndarray:
+    """Sum (D,) of changes (D, E), whose channels are multiplied by factors (E, K)."""
     return sum(
-        (whole.scaled(change, own) for change, own in zip(changes, factors, strict=True)),
-        start=np.zeros_like(whole.delta),
+        (residual.scaled(change, own) for change, own in zip(changes.T, factors, strict=True)),
+        start=np.zeros_like(residual.delta),
     )
 
 

@@ -90,7 +90,8 @@ def enters_figure(table: pd.DataFrame) -> Picture:
     return drawing.finish(
         "gap_enters",
         "Where the gap enters: generalised forces and errors of channels that would explain "
-        "the difference. Hatched: below the threshold.",
+        "the difference. Forces of ball joints act about axes of the distal segment; rotations in "
+        "the other maps are about those of the proximal one. Hatched: below the threshold.",
     )
 
 

@@ -63,22 +63,24 @@ def enters_table(entries: Sequence[EnteringCurve]) -> pd.DataFrame:
                 name=entry.name,
                 phase_percent=x,
                 effect=effect,
-                threshold=entry.threshold,
+                threshold=threshold,
                 unit=entry.unit,
             )
             for entry in entries
-            for x, effect in zip(_phase(len(entry.curve)), entry.curve, strict=True)
+            for x, effect, threshold in zip(
+                _phase(len(entry.curve)), entry.curve, entry.threshold, strict=True
+            )
         ),
     )
 
 
-def overlay_table(residual: Residual, best: Fit, referenced: bool) -> pd.DataFrame:
-    """Difference to explain, what the best effect predicts of it, 95 % band without any effect.
+def overlay_table(residual: Residual, change: np.ndarray, referenced: bool) -> pd.DataFrame:
+    """Difference to explain, change (D,) by the best effect, 95 % band without any effect.
 
     `referenced` says whether it is the difference to reference trials, or to the model.
     """
     given = residual.curves(residual.delta)
-    explained = residual.curves(best.predicted)
+    explained = residual.curves(change)
     band = 1.96 * residual.spread
     phase = _phase(given.shape[1])
     return table_of(
@@ -102,11 +104,11 @@ def overlay_table(residual: Residual, best: Fit, referenced: bool) -> pd.DataFra
     )
 
 
-def signature_table(residual: Residual, best: Fit) -> pd.DataFrame:
-    """The gap, the best effect and what it leaves, over the noise, as z values over all tasks."""
+def signature_table(residual: Residual, change: np.ndarray) -> pd.DataFrame:
+    """The gap, the change (D,) by the best effect and what it leaves, as z values."""
     gap, effect, rest = (
         (residual.curves(vector) / residual.spread).sum(axis=0) / np.sqrt(len(residual.tasks))
-        for vector in (residual.delta, best.predicted, residual.delta - best.predicted)
+        for vector in (residual.delta, change, residual.delta - change)
     )
     phase = _phase(len(gap))
     return table_of(

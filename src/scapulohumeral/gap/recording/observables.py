@@ -33,6 +33,10 @@ KINEMATIC_CHANNELS = (
 )
 
 
+# Of envelopes, unless the participant's are fractions of other maxima.
+EMG_UNIT = "fraction_of_mvc"
+
+
 CONTACT_CHANNELS = ("GHF_x", "GHF_y", "GHF_z")
 
 
@@ -53,7 +57,7 @@ def channel_kind(channel: str) -> str:
 
 def channel_unit(channel: str) -> str:
     """Unit in which a channel is compared."""
-    units = {"kinematics": "deg", "emg": "fraction_of_mvc", "contact_force": "N"}
+    units = {"kinematics": "deg", "emg": EMG_UNIT, "contact_force": "N"}
     return units[channel_kind(channel)]
 
 

@@ -68,16 +68,13 @@ def candidates(
     found: Posterior,
     groups: Sequence[Sequence[str]],
     agreement: Mapping[str, float | None],
-    residual: Residual,
-    least: float,
+    left: Mapping[str, float],
     temperature: float,
 ) -> tuple[Candidate, ...]:
     """All hypotheses as candidates, the most probable first.
 
-    `residual` is the difference if the movement was the same, `least` the sum of squares that no
-    smooth cause explains of it, whitened.
+    `left` says which share each of them leaves, as from :func:`share_left`.
     """
-    whole = _squares(residual, residual.delta)
     home = {label: i + 1 for i, group in enumerate(groups) for label in group}
     rows = [
         Candidate(
@@ -85,9 +82,7 @@ def candidates(
             level=_level(f.label, groups),
             p=found.labels[f.label],
             class_id=home.get(f.label),
-            unexplained_share=_share_left(
-                _squares(residual, residual.delta - f.predicted), whole, least
-            ),
+            unexplained_share=left[f.label],
             task_agreement_p=agreement.get(f.label),
             parameters=amplitudes(f, temperature),
         )
@@ -147,12 +142,20 @@ def _on_bound(fitted: Fit, values: np.ndarray) -> np.ndarray:
     return ((np.abs(values - ends) < near) & (np.abs(ends) > near)).any(axis=0)
 
 
+def share_left(residual: Residual, change: np.ndarray, least: float) -> float:
+    """Share that a cause leaves of what smooth ones can explain; all, where there is nothing of it.
+
+    Parameters
+    ----------
+    residual : difference as the cause supposes it
+    change : (D,) that the cause makes in this person
+    least : sum of squares that no smooth cause explains of the difference, whitened
+    """
+    whole, left = (_squares(residual, one) for one in (residual.delta, residual.delta - change))
+    return min(max(left - least, 0.0) / (whole - least), 1.0) if whole > least else 1.0
+
+
 def _squares(residual: Residual, vector: np.ndarray) -> float:
     """Sum of squares of a difference (D,), whitened."""
     white = residual.whiten(vector)
     return float(white @ white)
-
-
-def _share_left(left: float, whole: float, least: float) -> float:
-    """Share that is left of what a smooth cause can explain; all, where there is nothing of it."""
-    return max(left - least, 0.0) / (whole - least) if whole > least else 1.0

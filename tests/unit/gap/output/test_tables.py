@@ -149,22 +149,22 @@ def test_curves_that_enter_keep_their_names_units_and_thresholds():
     curve = np.linspace(-1.0, 2.0, NODES)
     table = enters_table(
         [
-            EnteringCurve("dof", "GH_rz", curve, 0.7, "N m"),
-            EnteringCurve("channel", "EMG_a", 2.0 * curve, 0.1, "fraction_of_mvc"),
+            EnteringCurve("dof", "GH_rz", curve, np.full(NODES, 0.7), "N m"),
+            EnteringCurve("channel", "EMG_a", 2.0 * curve, 0.1 * curve, "fraction_of_mvc"),
         ]
     )
     assert tuple(table.columns) == TABLES["enters"]
     assert len(table) == 2 * NODES
     last = row_of(table, name="EMG_a", phase_percent=100.0)
     assert (last["kind"], last["unit"]) == ("channel", "fraction_of_mvc")
-    assert (last["effect"], last["threshold"]) == (4.0, 0.1)
+    assert (last["effect"], last["threshold"]) == (4.0, 0.2)
     first = row_of(table, name="GH_rz", phase_percent=0.0)
     assert (first["kind"], first["unit"], first["effect"]) == ("dof", "N m", -1.0)
 
 
 def test_overlay_has_the_difference_its_explanation_and_the_floor(there):
     best = fitted(DAMPING, there)
-    table = overlay_table(there, best, referenced=True)
+    table = overlay_table(there, best.predicted, referenced=True)
     assert tuple(table.columns) == TABLES["overlay"]
     assert len(table) == len(TASKS) * len(NAMES) * NODES
     part = table[(table["task"] == "b") & (table["channel"] == NAMES[CHANNEL])]
@@ -187,7 +187,7 @@ def test_overlay_has_the_difference_its_explanation_and_the_floor(there):
 )
 def test_the_overlay_says_what_is_subtracted_from_what(there, referenced, words, others):
     best = fitted(DAMPING, there)
-    table = overlay_table(there, best, referenced)
+    table = overlay_table(there, best.predicted, referenced)
     drawn = figures(finished_diagnosis(curves={"overlay": table}))["overlay"]
     for text in (drawn.caption, drawn.svg):
         assert words in text
@@ -207,7 +207,7 @@ def test_the_overlay_says_what_is_subtracted_from_what(there, referenced, words,
 
 def test_signature_splits_the_gap_into_the_effect_and_a_rest(there):
     best = fitted(DAMPING, there)
-    table = signature_table(there, best)
+    table = signature_table(there, best.predicted)
     assert tuple(table.columns) == TABLES["signature"]
     np.testing.assert_allclose(
         table["residual_sigma"], table["signature_sigma"] + table["rest_sigma"], atol=1e-12

@@ -5,7 +5,7 @@ import pytest
 from made_up_hypotheses import DAMPING, hypothesis, residual
 
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.verdict.candidates import _level, candidates, effect_classes
+from scapulohumeral.gap.verdict.candidates import _level, effect_classes, share_left
 from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
@@ -29,24 +29,26 @@ def test_a_label_is_as_deep_as_its_mates_agree(label: str, mates: list[str], lev
     assert _level(label, [[label, *mates]]) == level
 
 
-def share_left(least: float) -> float:
+def left_share(least: float, factor: float = 1.0) -> float:
     """Share of a difference that a cause leaves, where smooth causes leave these squares."""
     one = hypothesis(DAMPING, 1)
     there = residual(one.slope @ [0.5])
-    fits = [fit(one, there, 0.1)]
-    p = Posterior({fits[0].label: 0.9}, none=0.1, no_gap=0.0)
-    [row] = candidates(fits, p, [], {}, there, least, 1.0)
-    return row.unexplained_share
+    return share_left(there, factor * fit(one, there, 0.1).predicted, least)
 
 
 def test_what_smooth_causes_leave_is_not_unexplained() -> None:
-    assert share_left(0.0) < 0.1
-    assert share_left(10.0) == 0.0
+    assert left_share(0.0) < 0.1
+    assert left_share(10.0) == 0.0
 
 
 def test_of_a_gap_that_smooth_causes_would_leave_as_well_everything_is_left() -> None:
     whole = float(np.sum((hypothesis(DAMPING, 1).slope @ [0.5]) ** 2))
-    assert share_left(1.01 * whole) == share_left(2.0 * whole) == 1.0
+    assert left_share(1.01 * whole) == left_share(2.0 * whole) == 1.0
+
+
+def test_a_cause_that_makes_a_gap_larger_leaves_all_of_it() -> None:
+    assert left_share(0.0, factor=-1.0) == 1.0
+    assert left_share(0.0, factor=3.0) == 1.0
 
 
 def test_where_no_gap_is_found_no_cause_is_told_from_others() -> None:

@@ -103,7 +103,7 @@ def difference_map(residual: Residual, alpha: float, inflation: float, seed: int
         sigma=sigma,
         effect=residual.curves(residual.delta).mean(axis=0),
         value=largest,
-        threshold=float(np.quantile(null, 1.0 - alpha)),
+        threshold=threshold_of(null, alpha),
         p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
         null=np.sort(null),
     )
@@ -133,7 +133,7 @@ def presence(
         value, null = effect_shaped(residual, shapes[name], seed)
         null = inflation * null
         p_value = float((1 + np.sum(null >= value)) / (1 + DRAWS))
-        results[name] = p_value, value, float(np.quantile(null, 1.0 - alpha * parts[name]))
+        results[name] = p_value, value, threshold_of(null, alpha * parts[name])
     thresholds = {name: results[name][2] for name in parts if name != MAX_T}
     findings = []
     for name, part in parts.items():
@@ -156,6 +156,15 @@ def tested(
     """
     found = difference_map(residual, alpha * shares(shapes)[MAX_T], inflation, seed)
     return found, presence(residual, found, shapes, alpha, inflation, seed)
+
+
+def threshold_of(null: np.ndarray, alpha: float) -> float:
+    """The value above which a p value by draws without any effect, (draws,), is at most `alpha`.
+
+    P values count the value itself as one more draw; so does the threshold.
+    """
+    most = int(alpha * (1 + len(null)))
+    return float(np.sort(null)[-most]) if most else np.inf
 
 
 def surest(findings: Sequence[Presence]) -> Presence:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scapulohumeral.gap.detection.presence import DRAWS, DifferenceMap, z_values
+from scapulohumeral.gap.detection.presence import DRAWS, DifferenceMap, threshold_of, z_values
 from scapulohumeral.gap.recording.observables import channel_unit
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
@@ -124,7 +124,7 @@ def entered_regions(
         for half in halves
     ]
     largest = np.max(np.abs(null) / spread[..., None], axis=(0, 1))
-    threshold = float(np.quantile(largest, 1.0 - alpha))
+    threshold = threshold_of(largest, alpha)
     rows = [
         EnteringCurve(
             kind=kind,

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from scapulohumeral.gap.detection.presence import (
+    DRAWS,
     Presence,
     difference_map,
     presence,
     shares,
     surest,
+    threshold_of,
     z_values,
 )
 from scapulohumeral.gap.detection.shaped import closest, shaped, steadied
@@ -141,3 +143,12 @@ def test_of_findings_with_equal_p_values_the_one_nearest_to_its_threshold_counts
     assert surest([far, near]) == surest([near, far]) == near
     likelier = replace(far, p_value=0.9)
     assert surest([near, likelier]) == likelier
+
+
+@pytest.mark.parametrize("alpha", [0.0125, 0.05, 0.3, 1e-4])
+def test_what_exceeds_a_threshold_has_a_small_p_value_and_nothing_else_has(alpha):
+    null = np.random.default_rng(2).normal(size=DRAWS)
+    threshold = threshold_of(null, alpha)
+    for value in (*np.sort(null)[-700:], null.max() + 1.0):
+        p_value = (1 + np.sum(null >= value)) / (1 + DRAWS)
+        assert (value > threshold) == (p_value <= alpha)

@@ -25,6 +25,9 @@ BESIDE_HZ = 8.0
 # Samples this close to an extreme value count as clipped, as a share of the range: the step of a
 # 12-bit converter is 0.00025.
 RAIL_SHARE = 5e-4
+# Samples that may repeat an extreme value by chance: of a second of noise at 1000 Hz and 100 steps
+# from peak to peak, hardly ever more do.
+BY_CHANCE = 4
 
 
 @dataclass(frozen=True)
@@ -112,15 +115,16 @@ def write_quality(path: Path, checks: Sequence[Check], simulated: bool) -> None:
 
 
 def clipped_share(volts: Array) -> Array:
-    """Share of samples at the largest and smallest value: (C,).
+    """Share of samples that repeat the largest and smallest value: (C,).
 
-    An amplifier out of range repeats its extreme values; noise reaches them once. Zero for a
-    constant channel, which is dead rather than clipped.
+    An amplifier out of range repeats its extreme values; noise reaches them once, and once more by
+    chance of digitisation. Zero for a constant channel, which is dead rather than clipped.
     """
     low, high = volts.min(axis=0), volts.max(axis=0)
     margin = RAIL_SHARE * (high - low)
     at_rail = (volts <= low + margin) | (volts >= high - margin)
-    return np.where(high > low, at_rail.mean(axis=0), 0.0)
+    repeats = at_rail.sum(axis=0) - 2
+    return np.where((high > low) & (repeats > BY_CHANCE), repeats / len(volts), 0.0)
 
 
 def hum_share(band: Array, rate_hz: float) -> Array:

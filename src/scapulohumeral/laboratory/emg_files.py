@@ -207,7 +207,8 @@ def read_contractions(
 ) -> Contractions:
     """Maximal contractions; a channel is scaled by its largest amplitude over those that hold it.
 
-    Where none holds it, it is spoilt, and scaled by the largest of all.
+    Where none holds it, or a larger one was clipped, it is spoilt, and scaled by the largest of
+    all.
 
     Raises
     ------
@@ -225,6 +226,13 @@ def read_contractions(
     held = [[name in spoilt or name not in each for name in emg_map.labels] for each in faults]
     amplitudes = np.array([mvc_amplitudes(r, pipeline.envelope) for r in recordings])
     best = np.where(held, amplitudes, 0.0).max(axis=0)
+    # A clipped amplitude is a lower bound: what is smaller is no maximum, and of another muscle.
+    for i, each in enumerate(faults):
+        for k, name in enumerate(emg_map.labels):
+            clipped = name in each and each[name].check == "clipping"
+            if clipped and name not in spoilt and amplitudes[i, k] > best[k]:
+                spoilt[name] = each[name]
+    best = np.where([name in spoilt for name in emg_map.labels], amplitudes.max(axis=0), best)
     refuse_silent(", ".join(file.name for file in files), tuple(emg_map.labels), best)
     return Contractions(
         amplitudes_v=best,

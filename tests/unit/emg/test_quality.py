@@ -9,7 +9,12 @@ import pytest
 from emg_study import ENVELOPE, LIMITS, recording
 
 from scapulohumeral.emg.envelope import Envelopes
-from scapulohumeral.emg.quality import check_envelopes, check_recording, write_quality
+from scapulohumeral.emg.quality import (
+    check_envelopes,
+    check_recording,
+    clipped_share,
+    write_quality,
+)
 from scapulohumeral.emg.recording import Recording
 from scapulohumeral.emg.synthesis import emg_noise
 
@@ -45,6 +50,17 @@ def test_sound_recording_passes(sound: Recording) -> None:
 def test_clipping_is_found(sound: Recording) -> None:
     clipped = with_channel(sound, np.clip(sound.volts[:, 1], -2.5e-4, 2.5e-4))
     assert failures(clipped) == {("channel_1", "clipping")}
+
+
+@pytest.mark.parametrize("steps", [100, 400, None])
+def test_a_short_recording_is_not_clipped_by_chance(steps: int | None) -> None:
+    """Every signal has a largest and a smallest value, and a converter of few steps repeats them."""
+    volts = emg_noise(1000, 300, 1000.0, np.random.default_rng(4))
+    if steps:
+        volts = np.round(volts / np.ptp(volts, axis=0) * steps) / steps
+    assert np.mean(clipped_share(volts) > LIMITS.clipped_share) < 0.01
+    limit = np.quantile(np.abs(volts), 0.99, axis=0)
+    assert np.all(clipped_share(np.clip(volts, -limit, limit)) > LIMITS.clipped_share)
 
 
 @pytest.mark.parametrize("mains_hz", [50.0, 60.0])

@@ -146,6 +146,26 @@ def test_a_channel_that_no_contraction_holds_is_named_and_left_out(
     assert header == "time_s,EMG_delt,simulated"
 
 
+def test_a_clipped_contraction_is_not_replaced_by_that_of_another_muscle(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its amplitude is a lower bound: the channel has no level, whatever other recordings show."""
+    arguments = session(tmp_path, noise(4.0, np.ones(2), 3), 4.0)
+    still = {
+        key: np.repeat(track[:1], 600, axis=0)
+        for key, track in made.marked(made.landmarks(made.arm_angles(), made.tables())).items()
+    }
+    loud = np.clip(noise(6.0, np.ones(2), 1), -2e-4, 2e-4)
+    own = {"EMG 3": loud, "EMG 5": noise(6.0, np.ones(2), 5)}
+    made.write_c3d(tmp_path / "mvc1.c3d", still, analog=own)
+    assert cli.main(arguments) == 2
+    said = capsys.readouterr().out
+    assert "channel infra, mvc: clipping" in said
+    assert "(left out)" in said
+    header = (tmp_path / "out" / "reach_r1_emg.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header == "time_s,EMG_delt,simulated"
+
+
 @pytest.mark.parametrize("gain", [0.0, 1e-3])
 def test_a_channel_is_scaled_by_the_contraction_that_holds_it(tmp_path: Path, gain: float) -> None:
     # The second contraction holds a fifth of the amplitude of the trial.

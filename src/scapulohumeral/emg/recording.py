@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import ezc3d
 import numpy as np
 
+from scapulohumeral.emg.c3d_file import read_c3d, text_of
 from scapulohumeral.emg.signal_table import read_signals, write_signals
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.csv_table import uniform_rate
@@ -97,13 +97,10 @@ def _read_csv(path: Path, channels: Sequence[str], labels: Mapping[str, str]) ->
 
 
 def _read_c3d(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:
-    try:
-        file = ezc3d.c3d(str(path))
-    except (OSError, RuntimeError, ValueError) as error:
-        raise DataError(f"{path}: not a C3D file: {error}. Export the recording again.") from error
+    file = read_c3d(path)
     analog = file["parameters"]["ANALOG"]
-    found = [label.strip() for label in analog["LABELS"]["value"]]
-    units = [unit.strip() for unit in analog["UNITS"]["value"]]
+    found = [text_of(label) for label in analog["LABELS"]["value"]]
+    units = [text_of(unit) for unit in analog["UNITS"]["value"]]
     columns = [_c3d_column(path, labels.get(name, name), found) for name in channels]
     scale = [_volts_per_unit(path, found[i], units[i] if i < len(units) else "") for i in columns]
     volts = file["data"]["analogs"][0, columns].T * scale

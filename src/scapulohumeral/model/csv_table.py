@@ -192,9 +192,12 @@ def check_increasing(path: Path, column: str, time_s: np.ndarray, first_row: int
     stalled = np.flatnonzero(np.diff(time_s) <= 0.0)
     if stalled.size:
         i = int(stalled[0]) + 1
+        remedy = "Sort the rows by time."
+        if time_s[i] == time_s[i - 1]:
+            remedy = "Write times with more digits if they were rounded, or remove repeated rows."
         raise DataError(
             f"{path}, row {first_row + i}, column {column}: {time_s[i]} s does not follow "
-            f"{time_s[i - 1]} s. Sort the rows by time and remove repeated ones."
+            f"{time_s[i - 1]} s. {remedy}"
         )
 
 

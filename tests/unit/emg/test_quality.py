@@ -54,7 +54,7 @@ def test_clipping_is_found(sound: Recording) -> None:
 
 @pytest.mark.parametrize("steps", [100, 400, None])
 def test_a_short_recording_is_not_clipped_by_chance(steps: int | None) -> None:
-    """Every signal has a largest and a smallest value, and a converter of few steps repeats them."""
+    """Every signal has extreme values, and a converter of few steps repeats them."""
     volts = emg_noise(1000, 300, 1000.0, np.random.default_rng(4))
     if steps:
         volts = np.round(volts / np.ptp(volts, axis=0) * steps) / steps

@@ -270,7 +270,7 @@ KINDS = (
     # Time.
     Bad("time that falls", table(lambda t: t.assign(time=t.time[::-1].to_numpy())),
         "row 3, column time", "Sort the rows"),
-    Bad("time that stands", table(cell("time", TIME[1])), "row 4, column time", "Sort the rows"),
+    Bad("time that stands", table(cell("time", TIME[1])), "row 4, column time", "more digits"),
     Bad("milliseconds", table(lambda t: t.assign(time=1000.0 * t.time)),
         f"{TEST}, column time", "divide by 1000"),
     Bad("gap of minutes", table(lambda t: t.assign(time=t.time + 300.0 * (t.time > 1.5))),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scapulohumeral import cli
+from scapulohumeral.emg.c3d_file import text_of
 from scapulohumeral.errors import DataError
 from scapulohumeral.laboratory.checks import Limits
 from scapulohumeral.laboratory.convert import Outcome, Settings, convert_markers, write_outcomes
@@ -20,7 +22,7 @@ from scapulohumeral.laboratory.joint_angles import elbow_flexion
 from scapulohumeral.laboratory.markers.files import read_markers
 from scapulohumeral.laboratory.markers.gaps import fill_gaps
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
-from scapulohumeral.laboratory.markers.landmarks import calibrate
+from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
 from scapulohumeral.laboratory.markers.marker_map import read_marker_map
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.model.motion import read_motion
@@ -329,3 +331,42 @@ def test_a_trial_with_a_fault_gets_no_table(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "trial.recording.json").exists()
     write_outcomes(tmp_path / "out", [outcome], True, "a command")
     assert (tmp_path / "out" / "trial.csv").exists()
+
+
+@pytest.mark.parametrize("hidden", ["PC", "RS"])
+def test_a_landmark_that_no_angle_needs_may_be_hidden(tmp_path: Path, hidden: str) -> None:
+    """The coracoid counts by one method only, and the radial styloid in the picture."""
+    tables = made.tables()
+    points = made.landmarks(made.arm_angles(), tables)
+    points |= {"PC": points["AA"] + [0.0, 0.05, 0.0], "RS": points["US"] + [0.05, 0.0, 0.0]}
+    points[hidden] = points[hidden].copy()
+    points[hidden][:8] = np.nan
+    made.write_c3d(tmp_path / "lift.c3d", made.marked(points))
+    text = made.MAP.replace("US: mUS", "US: mUS, PC: mPC, RS: mRS").replace("GH: mGH, ", "")
+    text = text.replace("method: marker", "method: model").format(side="right")
+    (tmp_path / "map.yaml").write_text(text, encoding="utf-8")
+    calibration = calibrate(read_marker_map(tmp_path / "map.yaml"), tables)
+    read = read_landmarks(tmp_path / "lift.c3d", calibration)
+    assert "PC" not in read.points
+    assert ("RS" in read.points) == (hidden == "PC")
+
+
+def test_labels_of_western_windows_software_are_read(tmp_path: Path) -> None:
+    """The format names no encoding, and such labels are no UTF-8."""
+    assert text_of("m\udcfcS ") == "müS"
+    assert text_of("\udcb5V") == "µV"
+    assert text_of("mÉJ") == "mÉJ"
+    points = made.marked(made.landmarks(made.arm_angles(), made.tables()))
+    points["mxUS"] = points.pop("mUS")
+    made.write_c3d(tmp_path / "lift.c3d", points)
+    raw = (tmp_path / "lift.c3d").read_bytes()
+    assert raw.count(b"mxUS") == 1
+    (tmp_path / "lift.c3d").write_bytes(raw.replace(b"mxUS", "müUS".encode("cp1252")))
+    text = made.MAP.replace("US: mUS", "US: müUS").format(side="right")
+    (tmp_path / "map.yaml").write_text(text, encoding="utf-8")
+    call = ["convert", str(tmp_path / "lift.c3d"), "--map", str(tmp_path / "map.yaml")]
+    assert cli.main([*call, "--out", str(tmp_path / "out")]) == 0
+    wrong = text.replace("müUS", "mUS")
+    (tmp_path / "map.yaml").write_text(wrong, encoding="utf-8")
+    assert cli.main([*call, "--out", str(tmp_path / "other")]) == 2
+    assert "müUS" in (tmp_path / "other" / "conversion.html").read_text(encoding="utf-8")

@@ -35,6 +35,7 @@ from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
 # This project's own tables carry the unit in the name.
 COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
+COMPANION = re.compile(r"(?P<stem>.+)_(?:emg|force)")
 EMG_COLUMN = re.compile(r"EMG_[^/+ >]+")
 SUFFIXES = (".csv", ".mot")
 FEWEST_FRAMES = 10
@@ -74,13 +75,24 @@ def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
     -------
     paths : trials, each file once
     notes : one sentence per companion left out
+
+    Raises
+    ------
+    DataError                        no trial is left
     """
     trials, notes = [], []
     for path in dict.fromkeys(paths):
         if (owner := _companion_of(path)) is not None:
             notes.append(f"{path}: read with {owner.name}, not as a trial of its own")
+        elif _is_orphan(path):
+            notes.append(
+                f"{path}: left out, because the trial that it belongs to is not there (of a "
+                "recording with a fault scapulohumeral convert writes none)"
+            )
         else:
             trials.append(path)
+    if notes and not trials:
+        raise DataError(f"{notes[0]}; expected trials beside it. Name them.")
     return trials, notes
 
 
@@ -194,9 +206,17 @@ def task_and_repeat(stem: str) -> tuple[str, int | None]:
     return (match["task"], int(match["repeat"])) if match else (stem, None)
 
 
+def _is_orphan(path: Path) -> bool:
+    """Whether a file is a companion by name and columns, whose trial is not there."""
+    if not COMPANION.fullmatch(path.stem) or path.suffix != ".csv" or not path.is_file():
+        return False
+    head = path.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
+    return not {*COLUMNS, *COLUMNS.values()} - {"time", TIME_COLUMN} & {*head.split(",")}
+
+
 def _companion_of(path: Path) -> Path | None:
     """The trial whose companion a file is, or None."""
-    match = re.fullmatch(r"(?P<stem>.+)_(?:emg|force)", path.stem)
+    match = COMPANION.fullmatch(path.stem)
     if match is None or path.suffix != ".csv":
         return None
     owners = (path.with_name(match["stem"] + suffix) for suffix in SUFFIXES)

@@ -115,15 +115,12 @@ def _metres(path: Path, unit: str, place: str) -> float:
 
 
 def _read_c3d(path: Path) -> Markers:
-    import ezc3d
+    from scapulohumeral.emg.c3d_file import read_c3d, text_of
 
-    try:
-        file = ezc3d.c3d(str(path))
-    except (OSError, RuntimeError, ValueError) as error:
-        raise DataError(f"{path}: not a C3D file: {error}. Export the recording again.") from error
+    file = read_c3d(path)
     point = file["parameters"]["POINT"]
-    unit = point["UNITS"]["value"][0].strip() if point["UNITS"]["value"] else ""
-    labels = tuple(label.strip() for label in _labels(point))
+    unit = text_of(point["UNITS"]["value"][0]) if point["UNITS"]["value"] else ""
+    labels = tuple(map(text_of, _labels(point)))
     scale = _metres(path, unit, "POINT:UNITS")
     # Copied: the array of the library is lost with the file.
     points = np.array(file["data"]["points"][:3].transpose(2, 1, 0), dtype=float) * scale
@@ -131,7 +128,7 @@ def _read_c3d(path: Path) -> Markers:
     if not rate > 0.0:
         raise DataError(f"{path}, POINT:RATE: {rate} Hz; expected more than 0. Set it in the file.")
     screen = point.get("Y_SCREEN", {"value": []})["value"]
-    up = screen[0].strip().lower() if screen else None
+    up = text_of(screen[0]).lower() if screen else None
     # Time counts from the first frame, as that of analog channels does.
     return Markers(path, labels, 0.0, rate, points[:, : len(labels)], up, unit)
 

@@ -28,6 +28,8 @@ from scapulohumeral.model.tables import ModelTables
 
 # Distance of IJ and C7 from children to the largest adults: beyond, the unit is not what it says.
 CHEST_DEPTH_M = (0.05, 0.5)
+# Landmarks that no joint angle needs: without them the picture shows less.
+ONLY_DRAWN = ("RS",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,11 +145,18 @@ def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, 
     for cluster in calibration.marker_map.clusters:
         cloud = np.stack([track(label) for label in cluster.markers], axis=1)
         carried |= _carried(calibration.templates[cluster.name], cloud)
-    points = {
-        name: carried[name] if name in carried else _mean([track(label) for label in labels])
-        for name, labels in calibration.marker_map.landmarks.items()
-        if not (name == "GH" and calibration.marker_map.method != "marker")
-    }
+    points: dict[str, Array] = {}
+    needed_by = {"GH": "marker", "PC": "meskers"}
+    for name, labels in calibration.marker_map.landmarks.items():
+        if needed_by.get(name, calibration.marker_map.method) != calibration.marker_map.method:
+            continue
+        try:
+            tracks = [] if name in carried else [track(label) for label in labels]
+        except DataError:
+            if name in ONLY_DRAWN:
+                continue
+            raise
+        points[name] = carried[name] if name in carried else _mean(tracks)
     return points, tuple(gaps)
 
 

@@ -84,10 +84,26 @@ def test_emg_may_stand_in_the_trial_and_unknown_columns_are_told(tmp_path):
 def test_companions_listed_as_trials_are_left_out(tmp_path):
     path = write_csv(elevation(), tmp_path / "a.csv")
     emg = write_csv(pd.DataFrame({"time": [0.0], "EMG_a": [0.1]}), tmp_path / "a_emg.csv")
-    alone = tmp_path / "b_emg.csv"
-    trials, notes = trial_files([path, emg, alone, path])
-    assert trials == [path, alone]
+    named_so = write_csv(elevation(), tmp_path / "b_emg.csv")
+    trials, notes = trial_files([path, emg, named_so, path])
+    assert trials == [path, named_so]
     assert "read with a.csv" in notes[0]
+    with pytest.raises(DataError, match=r"a_emg.csv: read with a.csv.*expected trials"):
+        trial_files([emg])
+
+
+def test_envelopes_of_a_recording_that_became_no_trial_are_left_out(tmp_path):
+    """A glob finds them: convert writes no table of a recording with a fault, and emg does not
+    know."""
+    path = write_csv(elevation(), tmp_path / "a.csv")
+    orphan = write_csv(pd.DataFrame({"time_s": [0.0], "EMG_a": [0.1]}), tmp_path / "c_emg.csv")
+    trials, notes = trial_files([path, orphan])
+    assert trials == [path]
+    assert "c_emg.csv: left out, because the trial" in notes[0]
+    with pytest.raises(DataError, match=r"c_emg.csv: left out"):
+        trial_files([orphan])
+    missing = tmp_path / "d_emg.csv"
+    assert trial_files([missing])[0] == [missing], "told as missing when it is read"
 
 
 def smooth_motion(table):

@@ -35,6 +35,8 @@ REPEAT = "0*[1-9][0-9]*"
 # ASSUME: a trunk that leans otherwise by less than this changes joint moments of the arm by a tenth
 # at most, its sine.
 LEANING_DEG = 5.0
+# Scale factors of one person that differ by less are the same [1].
+SAME_SCALE = 1e-3
 # Common for recordings of markers on skin.
 SMOOTH_CUTOFF_HZ = 6.0
 
@@ -331,6 +333,31 @@ def gravity_of_records(records: Iterable[Mapping[str, Any]]) -> tuple[float, ...
     mean = np.mean(known, axis=0)
     scaled = GRAVITY_MPS2 * mean / np.linalg.norm(mean)
     return tuple(round(float(value), 5) for value in scaled)
+
+
+def rescaled(folder: Path, scale: Mapping[str, float]) -> list[str]:
+    """What changes of the scale factors that a folder holds already, in words.
+
+    Parameters
+    ----------
+    folder : of the trial tables; scale : segment -> factor, which will be written there
+    """
+    path = folder / SCALED_FILE
+    if not path.is_file():
+        return []
+    document = read_mapping(path, "'segment_scale' and others", "Remove it.")
+    before = {one["segment"]: one["scale_xyz"][0] for one in document["segment_scale"]}
+    changed = [
+        f"{name} {factor:.3f} for {before[name]:.3f}"
+        for name, factor in scale.items()
+        if name in before and abs(factor / before[name] - 1.0) > SAME_SCALE
+    ]
+    if not changed:
+        return []
+    return [
+        f"{path}: scale factors are those of the recordings converted now ({', '.join(changed)}); "
+        "convert all recordings at once, so that all count"
+    ]
 
 
 def leaning(records: Mapping[str, Mapping[str, Any]], gravity: Sequence[float]) -> list[str]:

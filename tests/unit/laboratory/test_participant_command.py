@@ -104,6 +104,15 @@ def test_a_further_conversion_keeps_what_the_participant_file_says(
     assert read.participant.emg_channels == {"EMG_infra": ("infra",)}
     assert read.trials["reach_1"].window_s == (0.1, 0.9)
     assert read.trials["reach_2"].repeat == 2
+    assert "scale factors" not in capsys.readouterr().out
+    scaled = yaml.safe_load((out / "scaled.yaml").read_text(encoding="utf-8"))
+    smaller = {**scaled["segment_scale"][0], "scale_xyz": [1.05] * 3}
+    scaled["segment_scale"][0] = smaller
+    (out / "scaled.yaml").write_text(yaml.safe_dump(scaled), encoding="utf-8")
+    assert cli.main(["convert", second, *arguments, *more, "--id", "ann"]) == 0
+    said = capsys.readouterr().out
+    assert "scale factors are those of the recordings converted now" in said
+    assert "for 1.050); convert all recordings at once" in said
     before = file.read_bytes()
     assert cli.main(["convert", second, *arguments, *more, "--id", "bob"]) == 2
     assert "is of 'ann', for a diagnosis, and would be replaced" in capsys.readouterr().err

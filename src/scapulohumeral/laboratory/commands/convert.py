@@ -111,9 +111,13 @@ def _write_participant(
     person = participant.Person(
         _id(options), body_of(options), scale_factors(points, tables), gravity
     )
+    notes = [
+        *participant.rescaled(options.out, person.scale),
+        *participant.leaning(records, gravity),
+    ]
     written = participant.write_diagnosis_participant(options.out, person, tables, trials)
     print(f"participant of a diagnosis: {written}")
-    for note in participant.leaning(records, gravity):
+    for note in notes:
         print(f"note      {note}")
 
 

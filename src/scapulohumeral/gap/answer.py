@@ -128,13 +128,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     gap = _gap(found)
     regions, entering = _regions(found)
     explained = judged.explained
-    if gap.present and not gap.size.value:
-        warnings.append(NO_EXCESS)
-    elif gap.size.ci95 is None:
-        warnings.append(NO_INTERVAL)
-    if not gap.present:
-        warnings += few_in_words(found.records, gap.smallest_detectable)
-    warnings += _remarks(found, bool(regions.shows))
+    warnings += [*_remarks_on_gap(found.records, gap), *_remarks(found, bool(regions.shows))]
     splitting = {e.label: e.splitting for e in (*evidence.effects, MOVEMENT_STRATEGY)}
     halves = found.halves if found.present else []
     done = Diagnosis(
@@ -291,6 +285,18 @@ def _only_with_a_gap(
     }
     filled = {name: table for name, table in tables.items() if len(table)}
     return {"left_out": table_of(LeftOutRow, done.left_out), **filled}
+
+
+def _remarks_on_gap(records: Records, gap: Gap) -> list[str]:
+    """What the size of a gap, or that there is none, says little about."""
+    remarks = []
+    if gap.present and not gap.size.value:
+        remarks.append(NO_EXCESS)
+    elif gap.size.ci95 is None:
+        remarks.append(NO_INTERVAL)
+    if not gap.present:
+        remarks += few_in_words(records, gap.smallest_detectable)
+    return remarks
 
 
 def _remarks(found: Findings, shown: bool) -> list[str]:

@@ -83,13 +83,7 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
         warnings.append(PERHAPS_ONE_MOVEMENT)
     records = read_records(case, model, settings, warnings)
     mode = "reference" if records.reference else "no_reference"
-    bank, reason = None, NO_BANK_OF_PREDICTIONS
-    if settings.of_simulations:
-        reason = OF_SIMULATIONS
-    elif case.one_movement:
-        reason = NO_BANK_OF_ONE_MOVEMENT
-    elif settings.view == "tracking":
-        bank, reason = null_bank.read_bank(null_bank.bank_file(settings), settings)
+    bank, reason = _bank(case, settings)
     kind = mode, bool(case.channels), case.has_contact
     inflation, remark = null_bank.inflation(bank, *kind, settings.alpha)
     warnings += [*filter(None, [reason]), remark]
@@ -124,6 +118,17 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
         hashes={"null_bank": None if bank is None else bank.hash},
         curves={**told.curves, "baselines": table_of(BaselinesRow, rows)},
     )
+
+
+def _bank(case: Case, settings: GapSettings) -> tuple[null_bank.NullBank | None, str]:
+    """The null bank, if it is of such cases, and else why not."""
+    if settings.of_simulations:
+        return None, OF_SIMULATIONS
+    if case.one_movement:
+        return None, NO_BANK_OF_ONE_MOVEMENT
+    if settings.view != "tracking":
+        return None, NO_BANK_OF_PREDICTIONS
+    return null_bank.read_bank(null_bank.bank_file(settings), settings)
 
 
 def _without_one_trial(

@@ -75,7 +75,7 @@ def test_participants_may_be_anywhere(repository: Path, tmp_path: Path) -> None:
     assert "participant ann, reaching plane" in done.stdout
     assert "Prediction: participant ann, healthy_generic" in done.stdout
     assert "reports/annie.html" in done.stdout
-    assert "left out: calibration and validation" in done.stdout
+    assert "left out: calibration, daily tasks as validation" in done.stdout
     assert "par2" not in done.stdout
 
 

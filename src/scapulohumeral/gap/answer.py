@@ -103,6 +103,12 @@ class Findings:
         return self.presence.present
 
     @cached_property
+    def changes(self) -> dict[str, np.ndarray]:
+        """Changes (D,) that all hypotheses say this person shows, by label."""
+        error, residuals = self.evidence.settings.signature_error, self.evidence.residuals
+        return {f.label: person_change(f, residuals[f.moved_deg], error) for f in self.judged.fits}
+
+    @cached_property
     def halves(self) -> list[np.ndarray]:
         """Differences (D,) of two halves of the test trials; fewer if a task has but one trial."""
         halves = []
@@ -153,7 +159,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         curves={
             "shows": shows_table(evidence.cautious, found.map, halves),
             "enters": enters_table(entering),
-            **_tables_of_causes(evidence, found.judged),
+            **_tables_of_causes(found),
             **_only_with_a_gap(variants, explained),
         },
     )
@@ -163,13 +169,14 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
 def _causes(found: Findings) -> tuple[Candidate, ...]:
     """All hypotheses as candidates, the most probable first."""
     evidence, judged = found.evidence, found.judged
-    columns, error = evidence.unknown_inputs.columns, evidence.settings.signature_error
-    least = {moved: unknown_input_left(c, columns) for moved, c in evidence.residuals.items()}
-    left = {}
-    for f in judged.fits:
-        supposed = evidence.residuals[f.moved_deg]
-        change = person_change(f, supposed, error)
-        left[f.label] = candidates.share_left(supposed, change, least[f.moved_deg])
+    columns, residuals = evidence.unknown_inputs.columns, evidence.residuals
+    least = {moved: unknown_input_left(c, columns) for moved, c in residuals.items()}
+    left = {
+        f.label: candidates.share_left(
+            residuals[f.moved_deg], found.changes[f.label], least[f.moved_deg]
+        )
+        for f in judged.fits
+    }
     return candidates.candidates(
         judged.fits,
         judged.p,
@@ -241,10 +248,10 @@ def _no_cost(found: Findings) -> Feasibility:
     return no_cost(evidence.signatures, emg, records.sensors)
 
 
-def _tables_of_causes(evidence: Evidence, judged: Judged) -> dict[str, pd.DataFrame]:
+def _tables_of_causes(found: Findings) -> dict[str, pd.DataFrame]:
+    evidence, judged = found.evidence, found.judged
     c, best = evidence.residual, judged.best
-    supposed, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
-    change = person_change(best, supposed, error)
+    change, error = found.changes[best.label], evidence.settings.signature_error
     return {
         "overlay": overlay_table(c, change, evidence.referenced),
         "signature": signature_table(c, change),

@@ -85,14 +85,10 @@ def by_file(
         found.setdefault(_beside(path.resolve().parent) or file.path, []).append(path)
     described = []
     for beside, paths in found.items():
-        own = file if _is_same(beside, file.path) else read_participant_file(beside, masses)
+        own = file if beside.samefile(file.path) else read_participant_file(beside, masses)
         _check_alike(own, file)
         described.append((own, paths))
     return described
-
-
-def _is_same(path: Path, other: Path) -> bool:
-    return path.resolve() == other.resolve()
 
 
 def _check_alike(own: ParticipantFile, file: ParticipantFile) -> None:

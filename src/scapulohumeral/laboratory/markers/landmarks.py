@@ -150,13 +150,14 @@ def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, 
     for name, labels in calibration.marker_map.landmarks.items():
         if needed_by.get(name, calibration.marker_map.method) != calibration.marker_map.method:
             continue
+        if name in carried:
+            points[name] = carried[name]
+            continue
         try:
-            tracks = [] if name in carried else [track(label) for label in labels]
+            points[name] = _mean([track(label) for label in labels])
         except DataError:
-            if name in ONLY_DRAWN:
-                continue
-            raise
-        points[name] = carried[name] if name in carried else _mean(tracks)
+            if name not in ONLY_DRAWN:
+                raise
     return points, tuple(gaps)
 
 

@@ -4,6 +4,8 @@ A message names the value, its place (file and row, column or key; joint, node o
 what was expected, and what to do about it.
 """
 
+from pathlib import Path
+
 # Exit code of a command or process that refuses its input.
 REFUSED = 2
 
@@ -22,3 +24,8 @@ class DataError(ValueError):
 
 class SolveError(RuntimeError):
     """An optimal control problem was not solved: the remedy is another start, mesh or setting."""
+
+
+def absent(path: Path) -> str:
+    """Why a path names no file, as part of a message."""
+    return "a folder; expected a file" if path.is_dir() else "no such file"

@@ -1,10 +1,8 @@
 """From raw EMG to envelopes as fractions of the maximal voluntary contraction (MVC).
 
 Band-pass, full-wave rectification and low-pass as in the paper (section on data processing):
-Butterworth filters of second order, run forwards and backwards so that they do not delay. Each pass
-is of second order, so both together fall off like one of fourth order. Their corners are moved so
-that both passes together have half power (-3 dB) at the frequencies of the configuration
-(Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2).
+Butterworth filters run forwards and backwards (see `model.zero_phase`), with half power (-3 dB) at
+the frequencies of the configuration. Both ends are mirrored, so that an envelope keeps its level.
 
 Letters: T samples of the recording, R samples of the envelope, C channels, N times asked for.
 """
@@ -17,16 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter
 
 from scapulohumeral.emg.recording import Recording
 from scapulohumeral.emg.signal_table import read_signals, write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.rotations import Array
-from scapulohumeral.model.smoothing import CORNER_FACTOR, FILTER_ORDER
-
-# Both ends are extended by the signal in reverse, so that the envelope keeps its level there [s].
-EXTENSION_S = 0.5
+from scapulohumeral.model.zero_phase import CORNER_FACTOR, FILTER_ORDER, both_ways, pass_corner
 
 
 @dataclass(frozen=True)
@@ -153,11 +148,11 @@ def band_passed(recording: Recording, settings: EnvelopeSettings) -> Array:
             "usual), or lower emg.envelope.band_high_hz."
         )
     edges = [
-        _corner(settings.band_low_hz, recording.rate_hz, 1.0 / CORNER_FACTOR),
-        _corner(highest, recording.rate_hz, CORNER_FACTOR),
+        pass_corner(settings.band_low_hz, recording.rate_hz, 1.0 / CORNER_FACTOR),
+        pass_corner(highest, recording.rate_hz),
     ]
     sections = butter(FILTER_ORDER, edges, "bandpass", fs=recording.rate_hz, output="sos")
-    return _both_ways(sections, recording.volts, recording.rate_hz)
+    return both_ways(sections, recording.volts, recording.rate_hz, "even")
 
 
 def linear_envelope(recording: Recording, settings: EnvelopeSettings) -> Array:
@@ -174,9 +169,9 @@ def low_passed(signals: Array, rate_hz: float, settings: EnvelopeSettings) -> Ar
 
     An excitation has to pass it before it is compared with an envelope.
     """
-    corner = _corner(settings.cutoff_hz, rate_hz, CORNER_FACTOR)
+    corner = pass_corner(settings.cutoff_hz, rate_hz)
     sections = butter(FILTER_ORDER, corner, fs=rate_hz, output="sos")
-    return _both_ways(sections, signals, rate_hz)
+    return both_ways(sections, signals, rate_hz, "even")
 
 
 def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:
@@ -227,17 +222,3 @@ def read_envelopes(path: Path, channels: Sequence[str]) -> Envelopes:
     """
     time, values, simulated = read_signals(path, [f"{name}_mvc" for name in channels])
     return Envelopes(tuple(channels), time, values, simulated)
-
-
-def _corner(frequency_hz: float, rate_hz: float, factor: float) -> float:
-    """Corner of one pass, so that both have half power at a frequency.
-
-    The factor applies to the frequencies of the analog filter, which the bilinear transform warps.
-    """
-    warped = np.tan(np.pi * frequency_hz / rate_hz) / factor
-    return float(np.arctan(warped) * rate_hz / np.pi)
-
-
-def _both_ways(sections: Array, signals: Array, rate_hz: float) -> Array:
-    extension = min(round(EXTENSION_S * rate_hz), len(signals) - 1)
-    return sosfiltfilt(sections, signals, axis=0, padtype="even", padlen=extension)

@@ -13,7 +13,7 @@ import numpy as np
 
 from scapulohumeral.emg.c3d_file import read_c3d, text_of
 from scapulohumeral.emg.signal_table import read_signals, write_signals
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import DataError, absent
 from scapulohumeral.model.csv_table import uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
@@ -69,7 +69,9 @@ def read_recording(
                                      than a second; names file, row and column
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such file. Check the name where the recording is referred to.")
+        raise DataError(
+            f"{path}: {absent(path)}. Check the name where the recording is referred to."
+        )
     readers = {".csv": _read_csv, ".c3d": _read_c3d}
     if path.suffix.lower() not in readers:
         raise DataError(

@@ -38,6 +38,7 @@ from scapulohumeral.laboratory.participant import (
     is_of_study,
     participant_document,
 )
+from scapulohumeral.model.csv_table import first_line_names
 from scapulohumeral.model.rotations import Array
 
 # Names become columns of a table: no separator, quote or line break.
@@ -360,7 +361,8 @@ def add_to_participant(folder: Path, emg_map: EmgMap, channels: Sequence[str]) -
         return None
     path = folder / PARTICIPANT_FILE
     text = path.read_text(encoding="utf-8")
-    before, recorded = _emg(document), _columns(folder)
+    before = _emg(document)
+    recorded = frozenset().union(*map(first_line_names, folder.glob("*.csv")))
     known = {
         **{name: own for name, own in before.get("channels", {}).items() if name in recorded},
         **{f"EMG_{name}": list(emg_map.muscles[name]) for name in channels},
@@ -382,9 +384,3 @@ def _emg(document: Mapping[str, Any]) -> Mapping[str, Any]:
     """What a participant file says of EMG; nothing if it says it in no way that can be read."""
     entry = document.get("emg")
     return entry if isinstance(entry, Mapping) else {}
-
-
-def _columns(folder: Path) -> set[str]:
-    """Names of all columns of the tables in a folder."""
-    texts = (path.read_text(encoding="utf-8", errors="replace") for path in folder.glob("*.csv"))
-    return {name.strip() for text in texts for name in text.partition("\n")[0].split(",")}

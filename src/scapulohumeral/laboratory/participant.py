@@ -238,7 +238,9 @@ def write_study_participant(
     _check_names(person, trials)
     own = folder / person.id
     path = own / PARTICIPANT_FILE
-    document = _study_document(person, tables, trials, read_earlier(own, person.id, of_study=True))
+    entries = {name: _entry_of(table) for name, table in trials.items()}
+    earlier = read_earlier(own, person.id, of_study=True)
+    document = _study_document(person, tables, entries, earlier)
     # Before anything is written: one broken participant stops the study of all.
     check_schema(path, document, PARTICIPANT_SCHEMA, "see config/participants/README.md")
     for name, table in trials.items():
@@ -269,12 +271,17 @@ def _check_names(person: Person, trials: Mapping[str, Path]) -> None:
 
 
 def _study_document(
-    person: Person, tables: ModelTables, trials: Iterable[str], earlier: Mapping[str, Any]
+    person: Person,
+    tables: ModelTables,
+    entries: Mapping[str, Mapping[str, Any]],
+    earlier: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Content of a participant.yaml of the study, over that of an earlier one."""
+    """Content of a participant.yaml of the study, over that of an earlier one.
+
+    `entries`: of trials, in place where an earlier file says nothing of them.
+    """
     total = total_mass(segment_masses(person.body, tables), tables)
     known = earlier.get("trials") or {}
-    entry = {"hand_load_kg": 0.0, "published": None, "smooth_cutoff_hz": SMOOTH_CUTOFF_HZ}
     return {
         **earlier,
         "schema": "participant/1",
@@ -288,9 +295,19 @@ def _study_document(
         "mass": {"published_total_kg": round(total, 4), "preserve_mass_distribution": True},
         "trials": {
             **known,
-            **{name: known.get(name, entry) | {"file": f"{name}.csv"} for name in trials},
+            **{
+                name: {**known.get(name, entry), "file": f"{name}.csv"}
+                for name, entry in entries.items()
+            },
         },
     }
+
+
+def _entry_of(table: Path) -> dict[str, Any]:
+    """What the study is told of a new trial; a table that was smoothed is not smoothed again."""
+    entry = {"hand_load_kg": 0.0, "published": None}
+    smoothed = read_record(table).get("smoothed_hz") is not None
+    return entry if smoothed else entry | {"smooth_cutoff_hz": SMOOTH_CUTOFF_HZ}
 
 
 def _check_trial(table: Path, to: Path, entry: Mapping[str, Any]) -> None:

@@ -81,6 +81,7 @@ def write_record(
         "settings": dict(source.settings),
         "frames": len(converted.time_s),
         "rate_hz": converted.rate_hz,
+        "smoothed_hz": converted.smoothed_hz,
         "usable": not any(finding.severity == FAULT for finding in findings),
         "findings": [asdict(finding) for finding in findings],
         "filled_gaps": [asdict(gap) for gap in source.gaps],

@@ -111,6 +111,7 @@ class Converted:
     channels : joint angle -> what it rests on
     rotations : segment -> (T, 3, 3) in the thorax: clavicle_r, scapula_r, humerus_r
     segments : what it was made from
+    smoothed_hz : cut-off of the low-pass filter that it went through; None if through none
     """
 
     time_s: Array
@@ -119,6 +120,7 @@ class Converted:
     channels: Mapping[str, Channel]
     rotations: Mapping[str, Array]
     segments: Segments
+    smoothed_hz: float | None = None
 
     @property
     def humeral_elevation_rad(self) -> Array:
@@ -275,7 +277,7 @@ def smoothed(converted: Converted, cutoff_hz: float) -> Converted:
     scapula = clavicle @ ac
     rotations = {"clavicle_r": clavicle, "scapula_r": scapula, "humerus_r": scapula @ gh}
     angles = joint_angles(clavicle, scapula, scapula @ gh, pose[:, 12])
-    return replace(converted, angles_rad=angles, rotations=rotations)
+    return replace(converted, angles_rad=angles, rotations=rotations, smoothed_hz=cutoff_hz)
 
 
 def provenance_of(channels: Mapping[str, Channel]) -> dict[str, Any]:

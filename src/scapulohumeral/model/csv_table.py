@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import DataError, absent
 
 # Time steps may differ by this share of their mean, as the clocks of recorders do.
 STEP_TOLERANCE = 0.02
@@ -94,7 +94,7 @@ def read_text(path: Path) -> str:
     DataError                        no such file, no right to read it, or no such text
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such file. Check the name where the table is referred to.")
+        raise DataError(f"{path}: {absent(path)}. Check the name where the table is referred to.")
     try:
         return path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -104,6 +104,12 @@ def read_text(path: Path) -> str:
         ) from error
     except OSError as error:
         raise DataError(f"{path}: {error.strerror}. Allow it to be read.") from error
+
+
+def first_line_names(path: Path) -> frozenset[str]:
+    """Names of the columns of a table, by its first line, whatever kind of text it is."""
+    line = path.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
+    return frozenset(name.strip() for name in line.removeprefix("\ufeff").split(","))
 
 
 def number(path: Path, row_number: int, row: Row, column: str) -> float:

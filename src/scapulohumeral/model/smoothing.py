@@ -11,12 +11,9 @@ import numpy as np
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, pose_to_trial, trial_to_pose
+from scapulohumeral.model.zero_phase import FILTER_ORDER, both_ways, pass_corner
 
-FILTER_ORDER = 2
-# A second-order filter run twice loses 6 dB at its corner; a corner raised by this, 3 dB at the
-# cut-off.
-CORNER_FACTOR = (np.sqrt(2.0) - 1.0) ** 0.25
-# The filter extends both ends by mirrored frames.
+# Fewer frames tell no noise from motion.
 FEWEST_FRAMES = 10
 # Time steps may differ by this share of their mean, as rounded time stamps do.
 STEP_TOLERANCE = 0.02
@@ -26,9 +23,8 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
     """Smooth a recording with a zero-phase Butterworth filter, forwards and backwards.
 
     Rotations are filtered as quaternions, with signs continuous in time, and normalised again:
-    Euler angles jump at gimbal lock and at +-180 degrees, and may not be filtered. The corner is
-    raised so that both passes together have half power (-3 dB) at `cutoff_hz`
-    (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4.4.2).
+    Euler angles jump at gimbal lock and at +-180 degrees, and may not be filtered. Both passes
+    together have half power (-3 dB) at `cutoff_hz` (see `zero_phase`).
 
     Parameters
     ----------
@@ -45,17 +41,17 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
     ConfigError                      the cut-off is not between zero and half the sampling rate
     """
     # Takes longer to load than most input to be refused, which needs no filter.
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import butter
 
     rate_hz = _sampling_rate(motion.time_s)
-    highest_hz = 0.5 * rate_hz * CORNER_FACTOR
-    if not 0.0 < cutoff_hz < highest_hz:
+    if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise ConfigError(
-            f"cut-off {cutoff_hz} Hz; expected above 0 and below {highest_hz:.1f} Hz "
+            f"cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
             f"for a recording at {rate_hz:.1f} Hz."
         )
-    sections = butter(FILTER_ORDER, cutoff_hz / CORNER_FACTOR, fs=rate_hz, output="sos")
-    pose = sosfiltfilt(sections, trial_to_pose(motion.angles_rad), axis=0)
+    corner_hz = pass_corner(cutoff_hz, rate_hz)
+    sections = butter(FILTER_ORDER, corner_hz, fs=rate_hz, output="sos")
+    pose = both_ways(sections, trial_to_pose(motion.angles_rad), rate_hz, "odd")
     for quaternion in (pose[:, 0:4], pose[:, 4:8], pose[:, 8:12]):
         quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
     return Motion(motion.time_s, pose_to_trial(pose))

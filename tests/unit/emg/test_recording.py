@@ -128,6 +128,8 @@ def test_wrong_c3d_is_refused(tmp_path: Path) -> None:
 def test_other_files_are_refused(tmp_path: Path, table: Path) -> None:
     with pytest.raises(DataError, match="none.csv: no such file"):
         read_recording(tmp_path / "none.csv", CHANNELS)
+    with pytest.raises(DataError, match="a folder; expected a file"):
+        read_recording(tmp_path, CHANNELS)
     with pytest.raises(DataError, match="expected .csv or .c3d"):
         read_recording(table.rename(tmp_path / "raw.txt"), CHANNELS)
     (tmp_path / "broken.c3d").write_bytes(b"not a recording")

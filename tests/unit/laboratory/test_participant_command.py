@@ -234,6 +234,24 @@ def test_a_participant_of_the_study_is_read_by_the_study(
     assert read_channels(people / "ann" / "reach.csv")["SC_x"].status == "measured"
 
 
+def test_a_smoothed_table_is_not_smoothed_again(tmp_path: Path) -> None:
+    arguments = session(tmp_path, ["static", "frontal", "reach"])
+    out, people = tmp_path / "out", tmp_path / "people"
+    for name, smooth in (("frontal", ["--smooth-hz", "5"]), ("reach", [])):
+        call = ["convert", str(tmp_path / f"{name}.c3d"), *arguments, *smooth, "--out", str(out)]
+        assert cli.main(call) == 0
+    trials = [str(out / "frontal.csv"), str(out / "reach.csv")]
+    more = ["--trials", *trials, "--out", str(people), "--id", "ann", *BODY]
+    assert (
+        cli.main(["participant", "--static", str(tmp_path / "static.c3d"), *arguments, *more]) == 0
+    )
+    entries = yaml.safe_load((people / "ann" / "participant.yaml").read_text(encoding="utf-8"))[
+        "trials"
+    ]
+    assert "smooth_cutoff_hz" not in entries["frontal"]
+    assert entries["reach"]["smooth_cutoff_hz"] == 6.0
+
+
 def test_a_participant_that_the_study_cannot_use_is_not_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

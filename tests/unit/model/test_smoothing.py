@@ -41,6 +41,27 @@ def test_half_power_at_the_cut_off():
     np.testing.assert_allclose(smooth[middle], gain * wave[middle], atol=2e-5)  # no delay
 
 
+@pytest.mark.parametrize("rate_hz", [20, 25, 50, 1000])
+def test_half_power_at_the_cut_off_whatever_the_rate(rate_hz: int) -> None:
+    time = np.arange(0.0, 8.0, 1.0 / rate_hz)
+    angles = np.full((len(time), 10), 0.3)
+    angles[:, 9] += 0.01 * np.sin(2.0 * np.pi * 6.0 * time)
+    smooth = smooth_recording(Motion(time, angles), 6.0).angles_rad[:, 9] - 0.3
+    middle = slice(2 * rate_hz, 6 * rate_hz)
+    # The root of mean squares does not depend on which points of the wave were sampled.
+    gain = np.sqrt(np.mean(smooth[middle] ** 2)) / (0.01 * np.sqrt(0.5))
+    assert gain == pytest.approx(np.sqrt(0.5), rel=5e-3)
+
+
+@pytest.mark.parametrize("rate_hz", [50, 100, 1000])
+def test_a_trial_that_is_cut_in_motion_keeps_its_speed_at_the_ends(rate_hz: int) -> None:
+    time = np.arange(0.0, 1.0, 1.0 / rate_hz)
+    angles = np.full((len(time), 10), 0.3)
+    angles[:, 9] += 1.5 * time
+    smooth = smooth_recording(Motion(time, angles), 6.0).angles_rad[:, 9]
+    assert np.gradient(smooth, time)[[0, -1]] == pytest.approx([1.5, 1.5], rel=0.02)
+
+
 def test_noise_is_reduced():
     noisy = elevation()
     noise = np.random.default_rng(3).normal(0.0, 0.02, noisy.angles_rad.shape)
@@ -66,7 +87,7 @@ def test_uneven_time_is_refused():
 
 
 def test_cut_off_beyond_half_the_rate_is_refused():
-    with pytest.raises(ConfigError, match="below 40.1 Hz for a recording at 100.0 Hz"):
+    with pytest.raises(ConfigError, match="below 50.0 Hz for a recording at 100.0 Hz"):
         smooth_recording(elevation(), 60.0)
 
 

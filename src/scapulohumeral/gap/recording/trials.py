@@ -29,7 +29,7 @@ from scapulohumeral.gap.recording.plausibility import (
 )
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
-from scapulohumeral.model.csv_table import check_increasing
+from scapulohumeral.model.csv_table import check_increasing, first_line_names
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array
 
@@ -210,8 +210,7 @@ def _is_orphan(path: Path) -> bool:
     """Whether a file is a companion by name and columns, whose trial is not there."""
     if not COMPANION.fullmatch(path.stem) or path.suffix != ".csv" or not path.is_file():
         return False
-    head = path.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
-    return not {*COLUMNS, *COLUMNS.values()} - {"time", TIME_COLUMN} & {*head.split(",")}
+    return not {*COLUMNS, *COLUMNS.values()} - {"time", TIME_COLUMN} & first_line_names(path)
 
 
 def _companion_of(path: Path) -> Path | None:

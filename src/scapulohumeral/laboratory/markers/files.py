@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import DataError, absent
 from scapulohumeral.model.csv_table import number, read_rows, read_text, uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
@@ -93,7 +93,7 @@ def read_markers(path: Path) -> Markers:
     if suffix not in readers:
         raise DataError(f"{path}: '{path.suffix}'; expected .c3d, .trc or .csv. Export it as one.")
     if not path.is_file():
-        raise DataError(f"{path}: no such file. Check the name.")
+        raise DataError(f"{path}: {absent(path)}. Check the name.")
     markers = readers[suffix](path)
     if len(markers.points_m) < 1 or not markers.names:
         raise DataError(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.errors import ConfigError, DataError, absent
 from scapulohumeral.laboratory.markers.files import Markers, read_markers
 from scapulohumeral.laboratory.markers.frames import SCAPULA, scapula_frame
 from scapulohumeral.laboratory.markers.gaps import Gap, fill_gaps
@@ -97,7 +97,7 @@ def calibrate(marker_map: MarkerMap, tables: ModelTables) -> Calibration:
 def _read(path: Path, key: str) -> Markers:
     if not path.is_file():
         raise DataError(
-            f"{path}: no such file; the marker map names it under {key}. Correct the name, which "
+            f"{path}: {absent(path)}; the marker map names it under {key}. Correct the name, which "
             "counts from the folder of the map."
         )
     return read_markers(path)

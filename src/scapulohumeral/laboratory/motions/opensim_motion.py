@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from scapulohumeral.errors import DataError, ModelError
+from scapulohumeral.errors import DataError, ModelError, absent
 from scapulohumeral.laboratory.markers.frames import HUMERUS, THORAX
 from scapulohumeral.laboratory.markers.landmarks import Landmarks
 from scapulohumeral.laboratory.markers.map_file import AXES, closed, read_map
@@ -103,7 +103,7 @@ def read_motions(
     ModelError                       the model cannot be read, or lacks a landmark
     """
     if not model.is_file():
-        raise ModelError(f"{model}: no such file. Name the model that the motions belong to.")
+        raise ModelError(f"{model}: {absent(model)}. Name the model that the motions belong to.")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         request = {

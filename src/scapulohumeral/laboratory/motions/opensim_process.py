@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import opensim
 
-from scapulohumeral.errors import REFUSED, DataError, ModelError
+from scapulohumeral.errors import REFUSED, DataError, ModelError, absent
 
 
 def run(folder: Path) -> None:
@@ -87,7 +87,7 @@ def landmarks_over_time(
     DataError                        the motion cannot be read, or moves nothing of the model
     """
     if not motion.is_file():
-        raise DataError(f"{motion}: no such file. Check the name.")
+        raise DataError(f"{motion}: {absent(motion)}. Check the name.")
     try:
         table = opensim.TimeSeriesTable(str(motion))
     except RuntimeError as error:

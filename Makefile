@@ -19,7 +19,8 @@ export PATH := $(CURDIR)/.venv/bin:$(PATH)
 # The stamp is written last, so an interrupted installation is started again.
 environment := .venv/complete
 
-limits := --cores $(CORES) --resources mem_mb=$(MEMORY_MB)
+# The option of resources takes all words up to the next option, so it may not stand last.
+limits := --resources mem_mb=$(MEMORY_MB) --cores $(CORES)
 study := snakemake --workflow-profile workflow/profiles/default $(limits)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml $(limits)
 

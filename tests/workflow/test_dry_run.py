@@ -1,6 +1,7 @@
 """The workflow is complete, well formed, and refuses a wrong configuration before it runs."""
 
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from snakemake.cli import parse_args
 
 pytestmark = pytest.mark.workflow
 
@@ -51,6 +53,26 @@ def test_dry_run_from_nothing(snakemake: Run, profile: str, arguments: tuple[str
     assert result.returncode == 0, result.stdout
     for rule in ("build_participant_model", "solve_tracking", "render_report", "test_results"):
         assert rule in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "target"),
+    [
+        ("report", "reports/report.html"),
+        ("gap", "gap"),
+        ("real", "real_cases"),
+        ("blind", "results/gap/blind/scores.json"),
+    ],
+)
+def test_make_asks_for_what_it_says(repository: Path, command: str, target: str) -> None:
+    """Snakemake reads the command line: an option that takes many words would eat a target."""
+    planned = subprocess.run(
+        ["make", "--dry-run", "--assume-old=.venv/complete", command, "RECORDINGS=folder"],
+        cwd=repository, stdout=subprocess.PIPE, text=True, check=True,
+    ).stdout  # fmt: skip
+    [line] = [line for line in planned.splitlines() if line.startswith("snakemake")]
+    _, read = parse_args(shlex.split(line)[1:])
+    assert target in read.targets
 
 
 def test_participants_may_be_anywhere(repository: Path, tmp_path: Path) -> None:

@@ -134,4 +134,4 @@ def test_make_lets_every_core_solve() -> None:
         ["make", "--dry-run", "reproduce", "CORES=4"],
         cwd=REPOSITORY, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
-    assert "--cores 4 --resources mem_mb=16000" in planned
+    assert "--resources mem_mb=16000 --cores 4" in planned

@@ -1,7 +1,7 @@
 """From raw EMG to envelopes as fractions of the maximal voluntary contraction (MVC).
 
 Band-pass, full-wave rectification and low-pass as in the paper (section on data processing):
-Butterworth filters run forwards and backwards (see `model.zero_phase`), with half power (-3 dB) at
+Butterworth filters run forwards and backwards (see `model.smoothing`), with half power (-3 dB) at
 the frequencies of the configuration. Both ends are mirrored, so that an envelope keeps its level.
 
 Letters: T samples of the recording, R samples of the envelope, C channels, N times asked for.
@@ -21,7 +21,7 @@ from scapulohumeral.emg.recording import Recording
 from scapulohumeral.emg.signal_table import read_signals, write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.rotations import Array
-from scapulohumeral.model.zero_phase import CORNER_FACTOR, FILTER_ORDER, both_ways, pass_corner
+from scapulohumeral.model.smoothing import CORNER_FACTOR, FILTER_ORDER, both_ways, pass_corner
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,57 @@
-"""Low-pass filter for raw recordings of joint angles.
+"""Zero-phase Butterworth filters, at any sampling rate, and raw joint angles through one.
 
-The study's own recordings are smooth already; this serves recordings that users add.
-Letters: T frames.
+Filters run forwards and backwards, so that they do not delay. Their corners are moved so that both
+passes together have half power at the frequencies asked for (Winter 2009, Biomechanics and Motor
+Control of Human Movement, section 3.4.4.2). The study's own recordings are smooth already; joint
+angles are smoothed for recordings that users add.
+Letters: T frames or samples.
 """
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, pose_to_trial, trial_to_pose
-from scapulohumeral.model.zero_phase import FILTER_ORDER, both_ways, pass_corner
 
+# Each pass is of second order: both together fall off like one of fourth order.
+FILTER_ORDER = 2
+# A second-order filter run twice loses 6 dB at its corner; a corner raised by this, 3 dB at the
+# cut-off of a low-pass, or lowered by it, at that of a high-pass.
+CORNER_FACTOR = (np.sqrt(2.0) - 1.0) ** 0.25
+# Both ends are extended by this much of the signal, whatever the sampling rate [s].
+EXTENSION_S = 0.5
 # Fewer frames tell no noise from motion.
 FEWEST_FRAMES = 10
 # Time steps may differ by this share of their mean, as rounded time stamps do.
 STEP_TOLERANCE = 0.02
+
+
+def pass_corner(frequency_hz: float, rate_hz: float, factor: float = CORNER_FACTOR) -> float:
+    """Corner [Hz] of one pass, so that both have half power at a frequency below half the rate.
+
+    The factor applies to the frequencies of the analog filter, which the bilinear transform warps.
+    """
+    warped = np.tan(np.pi * frequency_hz / rate_hz) / factor
+    return float(np.arctan(warped) * rate_hz / np.pi)
+
+
+def both_ways(
+    sections: Array, signals: Array, rate_hz: float, ends: Literal["odd", "even"]
+) -> Array:
+    """Signals (T, ...) through second-order sections, forwards and backwards: (T, ...).
+
+    `ends`: extended through the end point ("odd"), which keeps a slope there, or mirrored
+    ("even"), which keeps a level.
+    """
+    # Takes longer to load than most input to be refused, which needs no filter.
+    from scipy.signal import sosfiltfilt
+
+    extension = min(round(EXTENSION_S * rate_hz), len(signals) - 1)
+    return sosfiltfilt(sections, signals, axis=0, padtype=ends, padlen=extension)
 
 
 def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
@@ -24,7 +59,7 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
 
     Rotations are filtered as quaternions, with signs continuous in time, and normalised again:
     Euler angles jump at gimbal lock and at +-180 degrees, and may not be filtered. Both passes
-    together have half power (-3 dB) at `cutoff_hz` (see `zero_phase`).
+    together have half power (-3 dB) at `cutoff_hz`.
 
     Parameters
     ----------

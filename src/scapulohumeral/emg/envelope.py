@@ -21,7 +21,13 @@ from scapulohumeral.emg.recording import Recording
 from scapulohumeral.emg.signal_table import read_signals, write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.rotations import Array
-from scapulohumeral.model.smoothing import CORNER_FACTOR, FILTER_ORDER, both_ways, pass_corner
+from scapulohumeral.model.smoothing import (
+    CORNER_FACTOR,
+    FILTER_ORDER,
+    both_ways,
+    low_pass,
+    pass_corner,
+)
 
 
 @dataclass(frozen=True)
@@ -169,9 +175,7 @@ def low_passed(signals: Array, rate_hz: float, settings: EnvelopeSettings) -> Ar
 
     An excitation has to pass it before it is compared with an envelope.
     """
-    corner = pass_corner(settings.cutoff_hz, rate_hz)
-    sections = butter(FILTER_ORDER, corner, fs=rate_hz, output="sos")
-    return both_ways(sections, signals, rate_hz, "even")
+    return low_pass(signals, rate_hz, settings.cutoff_hz, "even")
 
 
 def mvc_amplitudes(mvc: Recording, settings: EnvelopeSettings) -> Array:

@@ -54,6 +54,18 @@ def both_ways(
     return sosfiltfilt(sections, signals, axis=0, padtype=ends, padlen=extension)
 
 
+def low_pass(
+    signals: Array, rate_hz: float, cutoff_hz: float, ends: Literal["odd", "even"]
+) -> Array:
+    """Signals (T, ...) without what is above a cut-off; `ends` as of :func:`both_ways`."""
+    # Takes longer to load than most input to be refused, which needs no filter.
+    from scipy.signal import butter
+
+    corner_hz = pass_corner(cutoff_hz, rate_hz)
+    sections = butter(FILTER_ORDER, corner_hz, fs=rate_hz, output="sos")
+    return both_ways(sections, signals, rate_hz, ends)
+
+
 def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
     """Smooth a recording with a zero-phase Butterworth filter, forwards and backwards.
 
@@ -75,18 +87,13 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
     DataError                        time steps are not uniform, or there are too few frames
     ConfigError                      the cut-off is not between zero and half the sampling rate
     """
-    # Takes longer to load than most input to be refused, which needs no filter.
-    from scipy.signal import butter
-
     rate_hz = _sampling_rate(motion.time_s)
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise ConfigError(
             f"cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
             f"for a recording at {rate_hz:.1f} Hz."
         )
-    corner_hz = pass_corner(cutoff_hz, rate_hz)
-    sections = butter(FILTER_ORDER, corner_hz, fs=rate_hz, output="sos")
-    pose = both_ways(sections, trial_to_pose(motion.angles_rad), rate_hz, "odd")
+    pose = low_pass(trial_to_pose(motion.angles_rad), rate_hz, cutoff_hz, "odd")
     for quaternion in (pose[:, 0:4], pose[:, 4:8], pose[:, 8:12]):
         quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
     return Motion(motion.time_s, pose_to_trial(pose))

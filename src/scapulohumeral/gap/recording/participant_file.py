@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scapulohumeral.documents import check_schema, read_mapping
-from scapulohumeral.errors import ConfigError, DataError, absent
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
@@ -59,7 +59,7 @@ def find_participant(tests: Sequence[Path]) -> Path:
     if path is None:
         for test in tests:
             if not test.exists():
-                raise DataError(f"{test}: {absent(test)}. Check the name.")
+                raise DataError(f"{test}: no such file. Check the name.")
         raise ConfigError(
             f"no {FILE_NAME} in {tests[0].parent} or its parent. Name one with --participant."
         )

@@ -111,7 +111,7 @@ class _Keys(Section):
     short_list: Annotated[
         Whole, key("Effects whose amplitudes are fitted by solving again [1].", ge=1, le=20)
     ]
-    refits: Annotated[Whole, key("Gauss-Newton steps of each of them [1].", ge=1, le=10)]
+    refits: Annotated[Whole, key("Gauss-Newton steps of each of them, at most [1].", ge=1, le=10)]
     signature_error: Annotated[
         Real, key("Relative error of predicted changes, by channel [1].", ge=0, le=2)
     ]

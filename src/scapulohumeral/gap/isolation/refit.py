@@ -2,68 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from scapulohumeral.gap.effects.base import Effect
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.nominal.participant_model import ParticipantModel
-from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.residual import Residual
-from scapulohumeral.gap.settings import GapSettings
-from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
-from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
+from scapulohumeral.gap.signatures.resolve import Near, Resolving, recorded_change
 
 # Steps of Gauss-Newton in units of the prior spread: the next linearisation decides again.
 LARGEST_STEP = 1.5
+# A fit that ends no further than this from where movements were solved needs no other solution.
+ARRIVED = 0.1
 
 
-# Exact iterations of a solve of a tracked movement from one without the effect: after Gauss-Newton
-# 24 solves of a case with EMG, on two meshes, needed 1 to 6. One that needs many more is not on its
-# way; a predicted one needed 61 without Gauss-Newton.
-WARM_ITERATIONS = 60
-
-
-def refit(
-    first: Fit,
-    residual: Residual,
-    signatures: Sequence[TaskSignatures],
-    model: ParticipantModel,
-    sensors: SensorSetup,
-    settings: GapSettings,
-) -> Fit:
+def refit(first: Fit, residual: Residual, resolving: Resolving) -> Fit:
     """Gauss-Newton on the parameters of one effect, every step with new solutions of all tasks.
+
+    A derivative that changes on the way makes steps turn back and forth. The secant through the
+    last two says how much of a step to go (Barzilai and Borwein 1988, IMA J Numer Anal 8: 141-148).
 
     Parameters
     ----------
     first : fit to derivatives at the nominal solution
-    residual, signatures : what is explained, and the nominal solutions
-    model, sensors, settings : as for `signatures.task_signatures`
+    residual : what is explained
+    resolving : the movements, to be solved with the effect
 
     Raises
     ------
     SolveError                       a movement with the effect cannot be solved
     """
     [effect] = first.hypothesis.effects
-    current, moves, stiffness = first, [], first.hypothesis.stiffness
-    if effect.changes_body:
-        moves = [stiffened_movement(model, of_task, stiffness, settings) for of_task in signatures]
-    starts = [of_task.point for of_task in signatures]
-    iterations = settings.iterations
-    if settings.view == "tracking":
-        iterations = min(WARM_ITERATIONS, iterations)
-    for _ in range(settings.refits):
-        x = _limited(current)
-        values, slopes = [], []
-        for i, of_task in enumerate(signatures):
-            if effect.changes_body:
-                problem = Resolve(moves[i], of_task, sensors, iterations)
-                value, slope, starts[i] = problem.solved(effect, x, starts[i])
-            else:
-                value, slope = recorded_change(effect, x, of_task)
-            values.append(value)
-            slopes.append(slope)
+    stiffness = first.hypothesis.stiffness
+    solve = _Solving(effect, stiffness, resolving)
+    sd, (low, high) = first.hypothesis.prior_sd, first.hypothesis.bounds
+    current, share = first, 1.0
+    for _ in range(resolving.settings.refits):
+        wished = current.x - current.hypothesis.at
+        step = np.clip(share * wished, -LARGEST_STEP * sd, LARGEST_STEP * sd)
+        x = np.clip(current.hypothesis.at + step, low, high)
+        values, slopes = solve.at(x)
         hypothesis = Hypothesis(
             (effect,),
             x,
@@ -71,14 +49,41 @@ def refit(
             residual.compress(slopes),
             stiffness,
         )
-        current = fit(hypothesis, residual, settings.signature_error)
+        went = (x - current.hypothesis.at) / sd
+        current = fit(hypothesis, residual, resolving.settings.signature_error)
+        left = (current.x - x) / sd
+        if np.all(np.abs(left) < ARRIVED):
+            break
+        share = _share(went, wished / sd - left)
     return current
 
 
-def _limited(current: Fit) -> np.ndarray:
-    """The fitted parameters, no further than a trusted step from the linearisation."""
-    hypothesis = current.hypothesis
-    reach = LARGEST_STEP * hypothesis.prior_sd
-    x = hypothesis.at + np.clip(current.x - hypothesis.at, -reach, reach)
-    low, high = hypothesis.bounds
-    return np.clip(x, low, high)
+class _Solving:
+    """One effect on all tasks, each solution predicted from the one before."""
+
+    def __init__(self, effect: Effect, stiffness: float, resolving: Resolving) -> None:
+        self.effect, self.resolving = effect, resolving
+        self.tasks = resolving.kept(stiffness) if effect.changes_body else ()
+        self.near: list[Near | None] = [None] * len(self.tasks)
+
+    def at(self, x: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Changes (N, K) of all tasks at internal parameters (P,), and derivatives (P, N, K)."""
+        if not self.effect.changes_body:
+            every = [recorded_change(self.effect, x, t) for t in self.resolving.signatures]
+            return [value for value, _ in every], [slope for _, slope in every]
+        solved = [
+            task.solved(self.effect, x, near)
+            for task, near in zip(self.tasks, self.near, strict=True)
+        ]
+        self.near = [one.near for one in solved]
+        return [one.change for one in solved], [one.slope for one in solved]
+
+
+def _share(went: np.ndarray, shortened: np.ndarray) -> float:
+    """Share of the next step to go, at most all of it.
+
+    `went`: the last step (P,); `shortened`: how much less of a step is wished for after it.
+    """
+    squares = float(shortened @ shortened)
+    secant = float(went @ shortened) / squares if squares > 0.0 else 1.0
+    return min(secant, 1.0) if secant > 0.0 else 1.0

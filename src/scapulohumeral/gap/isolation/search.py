@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,8 @@ from scapulohumeral.gap.isolation.suppositions import Supposition, integrated, s
 from scapulohumeral.gap.labels import family
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.parallel import side_by_side
+from scapulohumeral.gap.residual.residual import Residual
+from scapulohumeral.gap.signatures.resolve import Resolving
 
 log = logging.getLogger(__name__)
 
@@ -100,6 +101,7 @@ def fit_all(
         [f for f in able if f.hypothesis.effects[0].changes_body == acts] for acts in (False, True)
     )
     told = _Told(evidence)
+    resolving = Resolving(model, evidence.signatures, evidence.sensors, evidence.settings)
     simulated = evidence.settings.of_simulations
     rounds = [MOST_OF_SIMULATIONS] if simulated else _rounds(evidence.settings.short_list)
     turns = [(record, len(record), False)]
@@ -107,7 +109,7 @@ def fit_all(
     for those, count, apart in turns:
         again = told.next(those, count, apart)
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
-        jobs = [(told.alternatives(f), evidence, model) for f in again]
+        jobs = [(told.alternatives(f), evidence, resolving) for f in again]
         for first, solved in zip(again, side_by_side(_refit_each, jobs, threads), strict=True):
             told.learn(first, solved)
             if not solved:
@@ -272,22 +274,21 @@ def _pairs(
     ]
 
 
-def _refit_each(fits: Sequence[Fit], evidence: Evidence, model: ParticipantModel) -> list[Fit]:
+def _refit_each(fits: Sequence[Fit], evidence: Evidence, resolving: Resolving) -> list[Fit]:
     """Those of some fits that can be solved again, as they are solved, with every other movement.
 
     What a cause does when it is solved may need no other movement beside it, where its derivative
     did to mend its shape.
     """
-    what = evidence.signatures, model, evidence.sensors, evidence.settings
     found: list[Fit] = []
     for one in fits:
-        solved = _refit_or_keep(one, evidence.residuals[one.moved_deg], *what)
+        solved = _refit_or_keep(one, evidence.residuals[one.moved_deg], resolving)
         if solved is None:
             continue
         each = _with_other_movements(solved, evidence)
         best = max(each, key=lambda f: f.log_evidence)
         if _far(best):
-            solved = _refit_or_keep(best, evidence.residuals[best.moved_deg], *what)
+            solved = _refit_or_keep(best, evidence.residuals[best.moved_deg], resolving)
             each = each if solved is None else _with_other_movements(solved, evidence)
         found += each
     return found
@@ -306,10 +307,10 @@ def _far(one: Fit) -> bool:
     return bool(np.any(way > SETTLED))
 
 
-def _refit_or_keep(first: Fit, *arguments: Any) -> Fit | None:
+def _refit_or_keep(first: Fit, residual: Residual, resolving: Resolving) -> Fit | None:
     """A refit, or None where a movement with the effect has no solution."""
     try:
-        return refit(first, *arguments)
+        return refit(first, residual, resolving)
     except SolveError as error:
         log.info("%s: %s", first.label, error)
         return None

@@ -34,7 +34,11 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from scapulohumeral.ocp.optimality.kkt import KktSystem, assemble_kkt
-from scapulohumeral.ocp.optimality.sensitivity import condition_derivatives, sensitivity
+from scapulohumeral.ocp.optimality.sensitivity import (
+    Sensitivity,
+    condition_derivatives,
+    sensitivity,
+)
 from scapulohumeral.ocp.solving.solver import Start
 
 # Differences of smooth functions of order one.
@@ -73,7 +77,11 @@ class Linearised:
 
     def by_effect(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
-        return self.through(self.conditions(effect, internal)) + self.seen(effect, internal)
+        return self.shown(self.response(effect, internal)) + self.seen(effect, internal)
+
+    def response(self, effect: Effect, internal: Array) -> Sensitivity:
+        """Derivatives of the solution by an effect on the body, at `internal` (P,)."""
+        return sensitivity(self.kkt, self.conditions(effect, internal))
 
     def conditions(self, effect: Effect, internal: Array) -> Array:
         """Derivatives (n + m, P) of the optimality conditions by an effect on the body.
@@ -145,8 +153,12 @@ class Linearised:
 
     def through(self, conditions: Array) -> Array:
         """Changes of the record (P, N, K) of derivatives (n + m, P) of the conditions."""
+        return self.shown(sensitivity(self.kkt, conditions))
+
+    def shown(self, response: Sensitivity) -> Array:
+        """Changes of the record (P, N, K) of derivatives of the solution."""
         trajectory, sensors = self.problem.trajectory, self.sensors
-        steps = [trajectory(step) for step in sensitivity(self.kkt, conditions).free.T]
+        steps = [trajectory(step) for step in response.free.T]
         return predicted_changes(
             trajectory(self.point.free),
             steps,

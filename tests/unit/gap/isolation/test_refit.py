@@ -9,9 +9,11 @@ from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.isolation import refit as refitting
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.isolation.refit import WARM_ITERATIONS, refit
+from scapulohumeral.gap.isolation.refit import refit
+from scapulohumeral.gap.nominal.optimal_movement import NEARBY, PREDICTED
 from scapulohumeral.gap.recording.observables import (
     KINEMATIC_CHANNELS,
     SensorSetup,
@@ -23,6 +25,8 @@ from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.signatures import resolve
 from scapulohumeral.gap.signatures.linearise import Linearised
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
+from scapulohumeral.gap.signatures.resolve import WARM_ITERATIONS, Near, Resolve, Resolving, Solved
+from scapulohumeral.ocp.optimality.sensitivity import Sensitivity
 
 pytestmark = pytest.mark.unit
 
@@ -73,28 +77,137 @@ def left(found, residual):
     return np.sum(residual.whiten(residual.delta - found.predicted) ** 2)
 
 
+def resolving(of_task, **settings):
+    return Resolving(None, [of_task], RECORDER, replace(SETTINGS, nodes=NODES, **settings))
+
+
 def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
     move, of_task, change = weakened
     monkeypatch.setattr(resolve, "movement", lambda *_: move)
     residual, first = screened(of_task, change)
-    settings = replace(SETTINGS, refits=3, signature_error=0.0, nodes=NODES)
-    found = refit(first, residual, [of_task], None, RECORDER, settings)
+    found = refit(first, residual, resolving(of_task, refits=3, signature_error=0.0))
     np.testing.assert_allclose(WEAK.physical(found.x), [LEFT, FIBRES_LEFT], rtol=0.05)
     assert left(found, residual) < left(first, residual)
 
 
-def test_warm_solves_that_do_not_arrive_end_early(weakened, monkeypatch):
-    move, of_task, change = weakened
+def resolve_of(weakened):
+    move, of_task, _ = weakened
+    return Resolve(move, of_task, RECORDER, WARM_ITERATIONS)
+
+
+def internal(physical):
+    return np.array([p.internal(v) for p, v in zip(WEAK.params, physical, strict=True)])
+
+
+def test_a_solution_is_predicted_to_second_order(weakened):
+    person = resolve_of(weakened)
+    errors = []
+    for share in (0.4, 0.2):
+        x = share * internal([LEFT, FIBRES_LEFT])
+        start = person._without(WEAK)
+        solved = person.solved(WEAK, x)
+        errors.append(np.linalg.norm(start.predicted(x).free - solved.near.point.free))
+        assert errors[-1] < 0.5 * np.linalg.norm(start.point.free - solved.near.point.free)
+    assert errors[0] > 3.0 * errors[1]
+
+
+def test_a_solution_is_the_same_wherever_it_was_predicted_from(weakened, monkeypatch):
+    person, x = resolve_of(weakened), internal([LEFT, FIBRES_LEFT])
+    direct = person.solved(WEAK, x)
+    halfway = person.solved(WEAK, 0.5 * x)
+    monkeypatch.setattr(
+        type(person.move), "_solved", only(type(person.move)._solved, lambda s: s is not PREDICTED)
+    )
+    for other in (person.solved(WEAK, x, halfway.near), person.solved(WEAK, x)):
+        np.testing.assert_allclose(other.change, direct.change, atol=2e-3)
+        np.testing.assert_allclose(other.slope, direct.slope, atol=5e-3)
+
+
+def only(solve, allowed):
+    """Solves with allowed settings; others fail."""
+
+    def tried(self, body, start, settings):
+        if not allowed(settings):
+            raise SolveError("no")
+        return solve(self, body, start, settings)
+
+    return tried
+
+
+def test_what_a_prediction_does_not_reach_is_solved_from_the_other_solution(weakened, monkeypatch):
+    move, of_task, _ = weakened
     tried = []
 
-    def never(self, effect, x, start):
-        tried.append(self.iterations)
+    def never(self, body, start, settings):
+        tried.append((settings.max_iterations, settings.far))
         raise SolveError("no")
 
-    monkeypatch.setattr(resolve, "movement", lambda *_: move)
-    monkeypatch.setattr(resolve.Resolve, "solved", never)
-    residual, first = screened(of_task, change)
+    monkeypatch.setattr(type(move), "_solved", never)
     with pytest.raises(SolveError, match="no"):
-        refit(first, residual, [of_task], None, RECORDER, SETTINGS)
-    assert tried == [WARM_ITERATIONS]
+        Resolve(move, of_task, RECORDER, 50).solved(WEAK, np.array([-0.5, 0.0]))
+    assert tried == [(NEARBY, False), (50, True)]
+
+
+def test_tracked_movements_that_do_not_arrive_end_early(weakened, monkeypatch):
+    move, of_task, _ = weakened
+    monkeypatch.setattr(resolve, "movement", lambda *_: move)
     assert SETTINGS.iterations > WARM_ITERATIONS
+    for view, most in (("tracking", WARM_ITERATIONS), ("prediction", SETTINGS.iterations)):
+        settings = replace(SETTINGS, view=view)
+        assert Resolve.kept(None, of_task, 1.0, RECORDER, settings).iterations == most
+
+
+def test_movements_are_set_up_once_for_each_stiffness(weakened, monkeypatch):
+    move, of_task, _ = weakened
+    made = []
+    monkeypatch.setattr(resolve, "movement", lambda *_: made.append(1) or move)
+    every = resolving(of_task)
+    assert every.kept(10.0) is every.kept(10.0)
+    assert every.kept(1.0) is not every.kept(10.0)
+    assert len(made) == 2
+
+
+class Curve:
+    """Stands in for a movement: its record changes by a function of the first parameter."""
+
+    def __init__(self, of_task, function):
+        self.of_task, self.function, self.asked = of_task, function, []
+
+    def solved(self, effect, x, near=None):
+        value, slope = self.function(x[0])
+        self.asked.append(float(x[0]))
+        shape = self.of_task.effects[0][0][0]
+        slopes = np.stack([slope * shape, 0.0 * shape])
+        response = Sensitivity(np.zeros((1, 2)), np.zeros((1, 2)))
+        return Solved(value * shape, slopes, Near(x, self.of_task.point, response))
+
+
+def on_a_curve(monkeypatch, weakened, function, truth, refits):
+    """Where a refit has solved, and where it ends, if the record changes by a function."""
+    _, of_task, _ = weakened
+    curve = Curve(of_task, function)
+    monkeypatch.setattr(resolve.Resolve, "kept", lambda *_: curve)
+    change = function(truth)[0] * of_task.effects[0][0][0]
+    residual, first = screened(of_task, change)
+    found = refit(first, residual, resolving(of_task, refits=refits, signature_error=0.0))
+    return curve.asked, found.x[0]
+
+
+def test_a_linear_effect_is_solved_once(weakened, monkeypatch):
+    asked, x = on_a_curve(monkeypatch, weakened, lambda x: (x, 1.0), -0.5, 5)
+    assert len(asked) == 1
+    assert x == pytest.approx(asked[0], abs=1e-6)
+
+
+def flat(x):
+    """Derivatives are 0.4 of what leads to the truth: every full step goes too far."""
+    return 1.5 * x, 0.6
+
+
+def test_steps_that_turn_back_and_forth_arrive(weakened, monkeypatch):
+    near = refitting.ARRIVED * WEAK.params[0].prior_sd
+    asked, x = on_a_curve(monkeypatch, weakened, flat, -0.8, 6)
+    assert abs(x - asked[-1]) < near
+    monkeypatch.setattr(refitting, "_share", lambda *_: 1.0)
+    asked, x = on_a_curve(monkeypatch, weakened, flat, -0.8, 6)
+    assert abs(x - asked[-1]) > near

@@ -42,7 +42,7 @@ from scapulohumeral.gap.residual.residual import Residual, compress
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import GapSettings, read_diagnosis_config, read_settings
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, task_signatures
-from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change, stiffened_movement
+from scapulohumeral.gap.signatures.resolve import Resolve, recorded_change
 
 log = logging.getLogger(__name__)
 
@@ -155,9 +155,8 @@ def _compared(
         if not records.reference:
             own = np.tensordot(x, slope, 1)
         elif effect.changes_body:
-            move = stiffened_movement(model, of_task, stiffness, settings)
-            resolve = Resolve(move, of_task, records.sensors, settings.iterations)
-            own = resolve.solved(effect, x, of_task.point)[0]
+            person = Resolve.kept(model, of_task, stiffness, records.sensors, settings)
+            own = person.solved(effect, x).change
         else:
             own = recorded_change(effect, x, of_task)[0]
         of_person = factors.loc[effect.label, list(records.channels)].to_numpy()

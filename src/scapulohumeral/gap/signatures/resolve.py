@@ -124,8 +124,12 @@ class Resolve:
         near = self._without(effect) if before is None else before
         body = effect.apply(self.move.body, effect.physical(x))
         bounds = self.move.variant(body)
-        starts = (_inside(start, bounds) for start in (near.predicted(x), near.point))
-        point = self.move.solved_again(body, *starts, self.iterations)
+        point = self.move.solved_again(
+            body,
+            predicted=_inside(near.predicted(x), bounds),
+            start=_inside(near.point, bounds),
+            iterations=self.iterations,
+        )
         local = self._linearised(body, point)
         response = local.response(effect, x)
         return Solved(

@@ -35,8 +35,8 @@ AT_ONCE = 2
 # two golden cases and one of the benchmark 14 new solutions added up to 0.16 of it; of three large
 # effects of opened draws, 0.75 to 0.98.
 ADDED = 1.0
-# Where another movement than the one that was solved for takes parameters further than so many
-# prior spreads from the solution, that is an extrapolation: the movements are solved once more.
+# A solution whose parameters end further than so many prior spreads from where the movements were
+# solved is an extrapolation: the movements are solved once more.
 SETTLED = 0.25
 # Effects between simulations that are solved again at most, the strongest first: each takes 8 s,
 # and an answer is due within three minutes on two cores.
@@ -287,8 +287,7 @@ def _refit_each(fits: Sequence[Fit], evidence: Evidence, resolving: Resolving) -
             continue
         each = _with_other_movements(solved, evidence)
         best = max(each, key=lambda f: f.log_evidence)
-        # With the movement that it was solved for, it has had all its steps.
-        if best is not solved and _far(best):
+        if _far(best):
             solved = _refit_or_keep(best, evidence.residuals[best.moved_deg], resolving)
             each = each if solved is None else _with_other_movements(solved, evidence)
         found += each

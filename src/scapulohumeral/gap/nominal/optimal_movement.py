@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -37,6 +38,8 @@ from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_paramet
 from scapulohumeral.problems.posed_problem import effort_factors
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inferior_share
+
+log = logging.getLogger(__name__)
 
 BARRIER = 1e-5
 
@@ -208,28 +211,33 @@ class Movement:
             point = free._solved(body, start, patient)
         return self._solved(body, point, hasty)
 
-    def solved_again(self, body: Body, predicted: Start, start: Start, iterations: int) -> Start:
+    def solved_again(
+        self, body: Body, start: Start, iterations: int, predicted: Start | None = None
+    ) -> Start:
         """Solution for a body with an effect, from the solution for another one.
 
-        First from where derivatives predict it, with exact steps alone. If that does not arrive,
-        from the other solution: many bounds become active or inactive on the way, and with the
-        multipliers of that start they cut steps short (of 28 to 60 exact steps most went less than
-        a tenth of the way), so Gauss-Newton goes first, and leaves 1 to 6 exact ones.
+        First from where derivatives predict it, with exact steps alone, if that is given. If that
+        does not arrive, from the other solution: many bounds become active or inactive on the way,
+        and with the multipliers of that start they cut steps short (of 28 to 60 exact steps most
+        went less than a tenth of the way). So Gauss-Newton goes first, and leaves 1 to 6 exact
+        ones.
 
         Parameters
         ----------
-        predicted : solution and multipliers that derivatives predict
         start : solution for the other body
-        iterations : after which the second try counts as failed
+        iterations : after which a solve from there counts as failed
+        predicted : solution and multipliers that derivatives predict
 
         Raises
         ------
         SolveError                   IPOPT did not reach its tolerance
         """
-        try:
-            return self._solved(body, predicted, PREDICTED)
-        except SolveError:
-            return self._solved(body, start, replace(SOLVED_AGAIN, max_iterations=iterations))
+        if predicted is not None:
+            try:
+                return self._solved(body, predicted, PREDICTED)
+            except SolveError as error:
+                log.info("from a predicted solution: %s", error)
+        return self._solved(body, start, replace(SOLVED_AGAIN, max_iterations=iterations))
 
     def _without_stability(self) -> Movement:
         return self.with_weights(replace(self.objective.weights, stability=0.0))

@@ -92,7 +92,7 @@ def test_refit_finds_a_large_loss_of_strength(weakened, monkeypatch):
 
 def resolve_of(weakened):
     move, of_task, _ = weakened
-    return Resolve(move, of_task, RECORDER, WARM_ITERATIONS)
+    return Resolve(move, of_task, RECORDER, WARM_ITERATIONS, predicts=True)
 
 
 def internal(physical):
@@ -143,9 +143,11 @@ def test_what_a_prediction_does_not_reach_is_solved_from_the_other_solution(weak
         raise SolveError("no")
 
     monkeypatch.setattr(type(move), "_solved", never)
-    with pytest.raises(SolveError, match="no"):
-        Resolve(move, of_task, RECORDER, 50).solved(WEAK, np.array([-0.5, 0.0]))
-    assert tried == [(NEARBY, False), (50, True)]
+    for predicts, starts in ((True, [(NEARBY, False), (50, True)]), (False, [(50, True)])):
+        tried.clear()
+        with pytest.raises(SolveError, match="no"):
+            Resolve(move, of_task, RECORDER, 50, predicts).solved(WEAK, np.array([-0.5, 0.0]))
+        assert tried == starts
 
 
 def test_tracked_movements_that_do_not_arrive_end_early(weakened, monkeypatch):
@@ -154,7 +156,8 @@ def test_tracked_movements_that_do_not_arrive_end_early(weakened, monkeypatch):
     assert SETTINGS.iterations > WARM_ITERATIONS
     for view, most in (("tracking", WARM_ITERATIONS), ("prediction", SETTINGS.iterations)):
         settings = replace(SETTINGS, view=view)
-        assert Resolve.kept(None, of_task, 1.0, RECORDER, settings).iterations == most
+        person = Resolve.kept(None, of_task, 1.0, RECORDER, settings)
+        assert (person.iterations, person.predicts) == (most, view == "prediction")
 
 
 def test_movements_are_set_up_once_for_each_stiffness(weakened, monkeypatch):

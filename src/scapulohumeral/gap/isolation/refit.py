@@ -59,7 +59,7 @@ def refit(first: Fit, residual: Residual, resolving: Resolving) -> Fit:
 
 
 class _Solving:
-    """One effect on all tasks, each solution predicted from the one before."""
+    """One effect on all tasks, each solved from the solution before."""
 
     def __init__(self, effect: Effect, stiffness: float, resolving: Resolving) -> None:
         self.effect, self.resolving = effect, resolving

@@ -114,11 +114,11 @@ def test_a_solution_is_predicted_to_second_order(weakened):
 def test_a_solution_is_the_same_wherever_it_was_predicted_from(weakened, monkeypatch):
     person, x = resolve_of(weakened), internal([LEFT, FIBRES_LEFT])
     direct = person.solved(WEAK, x)
-    halfway = person.solved(WEAK, 0.5 * x)
+    from_halfway = person.solved(WEAK, x, person.solved(WEAK, 0.5 * x).near)
     monkeypatch.setattr(
         type(person.move), "_solved", only(type(person.move)._solved, lambda s: s is not PREDICTED)
     )
-    for other in (person.solved(WEAK, x, halfway.near), person.solved(WEAK, x)):
+    for other in (from_halfway, person.solved(WEAK, x)):
         np.testing.assert_allclose(other.change, direct.change, atol=2e-3)
         np.testing.assert_allclose(other.slope, direct.slope, atol=5e-3)
 

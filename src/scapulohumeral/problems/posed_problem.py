@@ -223,9 +223,7 @@ def solve_posed(
     an interrupted solve of the same problem from the same start goes on from them.
     """
     if isinstance(start, Trajectory):
-        if posed.scalers is not None:
-            start = replace(start, scalers=np.ones((2, len(posed.scalers.names))))
-        start = Start(posed.layout().join(start))
+        start = _start_at(posed, start)
     solver = settings.solver
     if solver.strategy == "automatic":
         solver = replace(solver, coarse=coarse_nodes(posed.nodes))
@@ -237,6 +235,28 @@ def solve_posed(
         log,
         _checkpoint(posed, start, solver, log),
     )
+
+
+def unsolved(posed: PosedProblem, start: Trajectory, reason: str, log: Path) -> Result:
+    """Result of a problem that nothing was tried on, at its start; the log says the reason."""
+    log.write_text(reason + "\n", encoding="utf-8")
+    return Result(
+        point=_start_at(posed, start),
+        optimal=False,
+        message=reason,
+        objective=float("nan"),
+        constraint_violation=float("nan"),
+        iterations=0,
+        seconds=0.0,
+        history=[],
+    )
+
+
+def _start_at(posed: PosedProblem, start: Trajectory) -> Start:
+    """Trajectories as a start; scalers, where there are any, start from one."""
+    if posed.scalers is not None:
+        start = replace(start, scalers=np.ones((2, len(posed.scalers.names))))
+    return Start(posed.layout().join(start))
 
 
 def _checkpoint(

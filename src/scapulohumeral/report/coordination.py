@@ -27,6 +27,7 @@ from scapulohumeral.quantities.prediction_rows import solution_load
 from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.prediction.judged import Judged, read_judged
 from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
+from scapulohumeral.stages.calibration import failure_of
 from scapulohumeral.stages.prediction import Condition
 
 # The condition that all others are compared with.
@@ -242,7 +243,8 @@ class Coordination:
     ----------
     channels : EMG channels, None without EMG
     emg : trials with EMG
-    calibrations : documents by participant
+    calibrations : documents by participant, of those that converged
+    uncalibrated : why the other calibrations are no result, by participant
     validation : errors by participant, task and channel; empty without daily tasks
     tasks : solutions by participant, task and parameters
     predictions : all, failed ones included; cases : the solved ones by participant
@@ -275,6 +277,7 @@ class Coordination:
     held: pd.DataFrame = field(default_factory=pd.DataFrame)
     tried: pd.DataFrame = field(default_factory=pd.DataFrame)
     recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
+    uncalibrated: dict[str, str] = field(default_factory=dict)
     spreads: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
@@ -304,11 +307,17 @@ def read_coordination(
     """
     channels = read_channels(files.channels[0]) if files.channels else None
     predictions = _read_predictions(files, models)
-    calibrations = [json.loads(p.read_text(encoding="utf-8")) for p in files.calibrations]
+    documents = [json.loads(p.read_text(encoding="utf-8")) for p in files.calibrations]
+    failures = {document["participant"]: failure_of(document) for document in documents}
     return Coordination(
         channels=channels,
         emg=_read_emg(files, channels),
-        calibrations={document["participant"]: document for document in calibrations},
+        calibrations={
+            name: document
+            for name, document in zip(failures, documents, strict=True)
+            if not failures[name]
+        },
+        uncalibrated={name: failure for name, failure in failures.items() if failure},
         validation=_read_table(files.validation),
         tasks=_read_tasks(files.validation_solutions),
         predictions=predictions,

@@ -30,7 +30,8 @@ LONGEST_SECONDS = 240.0
 def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
     """Targets of the parts that this study has."""
     verdicts = []
-    if coordination.calibrations:
+    if coordination.calibrations or coordination.uncalibrated:
+        verdicts.append(all_calibrated(coordination))
         verdicts += calibration_verdicts(coordination.calibrations)
     if not coordination.validation.empty:
         verdicts += validation_verdicts(coordination.validation)
@@ -41,6 +42,14 @@ def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
     if coordination.judged is not None and coordination.judged.has_limits:
         verdicts += prediction_verdicts(coordination.judged)
     return verdicts
+
+
+def all_calibrated(coordination: Coordination) -> Verdict:
+    """Every calibration has a result."""
+    found, failures = coordination.calibrations, coordination.uncalibrated
+    value = f"{len(found)} of {len(found) + len(failures)} converged"
+    worse = tuple(f"{name}: {failure}" for name, failure in failures.items())
+    return Verdict("calibrations", value, "all converged", not failures, worse)
 
 
 def calibration_verdicts(calibrations: Mapping[str, Mapping[str, Any]]) -> list[Verdict]:

@@ -43,11 +43,13 @@ from scapulohumeral.problems.posed_problem import (
     read_result,
     solve_posed,
     store,
+    unsolved,
 )
 from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
 from scapulohumeral.stages.tracking import held_load
 
 SCHEMA = "calibration/1"
+CONVERGED, NOT_CONVERGED, FAILED = "converged", "not converged", "failed"
 KINDS = ("force", "fibre")
 INTERVAL = 0.9
 
@@ -92,7 +94,7 @@ class CalibrationSettings:
 
 @dataclass(frozen=True, eq=False)
 class _Study:
-    """Everything that both estimates share."""
+    """Everything that both estimates share; `untracked` are trials whose tracking failed."""
 
     model: ShoulderModel
     channels: Channels
@@ -101,6 +103,7 @@ class _Study:
     envelopes: np.ndarray
     simulated: bool
     hand_load_kg: float
+    untracked: tuple[str, ...]
 
     def posed(self, target: Target, settings: SolveSettings) -> PosedProblem:
         """Problem of the composite motion with generic muscles and what the hand holds."""
@@ -122,19 +125,33 @@ def calibrate(
 ) -> None:
     """Write the paper's solution with its summary, and the scalers of both estimates.
 
-    Raises
-    ------
-    SolveError
-        If either estimate fails; the solution of the first is written, sealed.
+    A calibration that fails is written too, sealed by its status; so is one whose motions have no
+    tracking solution.
     """
     study = _read(files, settings)
-    first = _paper_estimate(study, files, settings, solution, solver_log)
-    refined = _refined_estimate(study, settings, first)
+    try:
+        first = _paper_estimate(study, files, settings, solution, solver_log)
+        refined = _refined_estimate(study, settings, first)
+    except SolveError as error:
+        print(error, flush=True)
+        found = {"status": FAILED, "message": str(error), "groups": {}}
+    else:
+        found = _found(study, settings, first, refined)
     document = {
         "schema": SCHEMA,
         "participant": files.model.participant.parent.name,
         "emg_simulated": study.simulated,
-        "status": "converged" if refined.converged else "not converged",
+        **found,
+    }
+    scalers.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _found(
+    study: _Study, settings: CalibrationSettings, first: Trajectory, refined: Refined
+) -> dict[str, Any]:
+    """What both estimates found, as it is stored."""
+    return {
+        "status": CONVERGED if refined.converged else NOT_CONVERGED,
         "misfit": refined.misfit,
         "activation_time": float(refined.times[0]),
         "deactivation_time": float(refined.times[1]),
@@ -144,7 +161,6 @@ def calibrate(
         # Forces of all groups, then fibres.
         "covariance": refined.covariance.tolist(),
     }
-    scalers.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def describe(
@@ -170,21 +186,35 @@ def describe(
     return groups
 
 
+def calibration_failure(path: Path) -> str:
+    """Why a calibration is no result, and what to do; empty if it is one."""
+    return failure_of(json.loads(path.read_text(encoding="utf-8")))
+
+
+def failure_of(document: Mapping[str, Any]) -> str:
+    """:func:`calibration_failure` of what was read."""
+    # Published scalers have no status.
+    status = document.get("status", CONVERGED)
+    if status == FAILED:
+        return f"calibration failed: {document['message']}"
+    if status == NOT_CONVERGED:
+        return (
+            f"calibration did not converge in {document['iterations']} iterations; look at its key "
+            "history, raise calibration.refinement.iterations, then calibrate again"
+        )
+    return ""
+
+
 def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
     """Calibrated values, shape (2, G), forces first.
 
     Raises
     ------
-    SolveError                       a calibration that did not converge: its values are no result
+    SolveError                       a calibration that failed: its values are no result
     """
+    if failure := calibration_failure(path):
+        raise SolveError(f"{path}: {failure}. Its scalers are no result")
     document = json.loads(path.read_text(encoding="utf-8"))
-    # Published scalers have no status.
-    if document.get("status", "converged") != "converged":
-        raise SolveError(
-            f"{path}: this calibration did not converge in {document['iterations']} iterations. "
-            "Its scalers are no result; look at its key history, raise "
-            "calibration.refinement.iterations, then calibrate again"
-        )
     groups = document["groups"]
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
 
@@ -214,7 +244,7 @@ def calibrated_muscles(
 
 
 def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
-    motions = [read_solution(path) for path in files.tracked]
+    motions = [read_solution(path, allow_failed=True) for path in files.tracked]
     composite = compose(motions, settings.solve.time_step_s, settings.pause_s)
     channels = read_channels(files.channels)
     model = load_model(files.model)
@@ -233,6 +263,7 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
         envelopes=table,
         simulated=simulated,
         hand_load_kg=held_load(files.model, composite.nodes),
+        untracked=tuple(m.header["trial"] for m in motions if not m.optimal),
     )
 
 
@@ -243,10 +274,20 @@ def _paper_estimate(
     paths: tuple[Path, Path],
     solver_log: Path,
 ) -> Trajectory:
-    """Solve the paper's problem, store it, and return its trajectory with the scalers."""
+    """Solve the paper's problem, store it, and return its trajectory with the scalers.
+
+    Raises
+    ------
+    SolveError                       the solve failed, or there is no motion to follow
+    """
     target = composite_target(study.composite, emg=study.emg)
     posed = replace(study.posed(target, settings.solve), scalers=study.scalers)
-    result = solve_posed(posed, study.composite.trajectory, settings.solve, solver_log)
+    start = study.composite.trajectory
+    if study.untracked:
+        reason = f"tracking of {', '.join(study.untracked)} failed"
+        result = unsolved(posed, start, reason, solver_log)
+    else:
+        result = solve_posed(posed, start, settings.solve, solver_log)
     about = header(
         posed,
         result,
@@ -263,7 +304,7 @@ def _paper_estimate(
     )
     store(read_result(posed, result, about), result, paths, {})
     if not result.optimal:
-        raise SolveError(f"calibration: {result.message}. Look at {solver_log}")
+        raise SolveError(f"{result.message}. Look at {solver_log}")
     return posed.layout().split(result.point.free)
 
 

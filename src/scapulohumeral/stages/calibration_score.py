@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.emg.channels import read_channels
-from scapulohumeral.errors import ConfigError
-from scapulohumeral.stages.calibration import KINDS
+from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.stages.calibration import KINDS, failure_of
 from scapulohumeral.stages.reference_plant import read_plant
 
 
@@ -23,7 +23,8 @@ def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -
     """Add to a calibration how far it is from the plant whose EMG it was given.
 
     Errors are relative to the plant's value; medians are over the identifiable scalers, those of
-    all and of the paper's problem beside them. Measured EMG has no plant to compare with.
+    all and of the paper's problem beside them. Measured EMG has no plant to compare with, and a
+    calibration that failed has no scores.
 
     Raises
     ------
@@ -31,7 +32,9 @@ def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -
         If the EMG was simulated and no plant is named.
     """
     document = json.loads(calibration.read_text(encoding="utf-8"))
-    if document["emg_simulated"]:
+    if failure_of(document):
+        document["scores"] = None
+    elif document["emg_simulated"]:
         if plant is None:
             raise ConfigError(f"{calibration}: its EMG was simulated; name the plant behind it")
         groups = read_channels(channels).groups
@@ -64,10 +67,16 @@ def recovery_table(scored: Mapping[str, Path]) -> pd.DataFrame:
     table, one row per arm, muscle group and kind of scaler [1]
         arm, group, kind, plant, value, low, high (90 % interval), covered, identifiable,
         paper_problem (the paper's estimate), misfit (of EMG, 1 if noise explains it), status
+
+    Raises
+    ------
+    SolveError                       a calibration failed
     """
     rows = []
     for arm, path in scored.items():
         document = json.loads(path.read_text(encoding="utf-8"))
+        if failure := failure_of(document):
+            raise SolveError(f"{path}: {failure}. Its scalers are no result")
         for group, entry in document["groups"].items():
             for kind in KINDS:
                 found = entry[kind]

@@ -45,10 +45,11 @@ from scapulohumeral.problems.posed_problem import (
     read_result,
     solve_posed,
     store,
+    unsolved,
 )
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.solution_mesh import on_mesh
-from scapulohumeral.stages.calibration import calibrated_muscles
+from scapulohumeral.stages.calibration import calibrated_muscles, calibration_failure
 from scapulohumeral.stages.tracking import held_load
 
 TRACKED = ("humerus", "elbow")
@@ -223,17 +224,19 @@ def solve_prediction(
 ) -> None:
     """Predict one condition; write solution and summary with its certificate.
 
-    A solve that fails is written too, sealed by its status; so is one whose arm has no solution.
+    A solve that fails is written too, sealed by its status; so is one whose arm has no solution or
+    whose muscles could not be calibrated.
     """
     tracked = _tracked(files, settings, allow_failed=True)
-    scene = _scene(condition, files, settings, tracked)
-    failed = [motion.header["trial"] for motion in tracked if not motion.optimal]
-    if failed and settings.choices.arm == "own":
+    missing = _missing(files, settings, tracked)
+    if missing:
+        # Generic muscles complete the problem that is sealed; nothing is solved with them.
+        scene = _scene(condition, replace(files, calibration=None), settings, tracked)
         posed = scene.posed(condition.capacity)
-        result = _unsolved(posed, scene.composite, f"tracking of {', '.join(failed)} failed")
-        solver_log.write_text(result.message + "\n", encoding="utf-8")
+        result = unsolved(posed, scene.composite.trajectory, missing, solver_log)
         _write(scene, files, posed, result, solution, "")
         return
+    scene = _scene(condition, files, settings, tracked)
     seconds, iterations, progress = 0.0, 0, ""
     for way in _ways(scene, files):
         start = way.start
@@ -251,18 +254,17 @@ def solve_prediction(
     _write(scene, files, posed, result, solution, way.name)
 
 
-def _unsolved(posed: PosedProblem, composite: Composite, reason: str) -> Result:
-    """Result of a problem that nothing was tried on, at the motion that it would start from."""
-    return Result(
-        point=Start(posed.layout().join(composite.trajectory)),
-        optimal=False,
-        message=reason,
-        objective=float("nan"),
-        constraint_violation=float("nan"),
-        iterations=0,
-        seconds=0.0,
-        history=[],
-    )
+def _missing(
+    files: PredictionFiles, settings: PredictionSettings, tracked: Sequence[Solution]
+) -> str:
+    """What a prediction is to be made from and has no result; empty if nothing."""
+    reasons = []
+    failed = [motion.header["trial"] for motion in tracked if not motion.optimal]
+    if failed and settings.choices.arm == "own":
+        reasons.append(f"tracking of {', '.join(failed)} failed")
+    if files.calibration is not None and (failure := calibration_failure(files.calibration)):
+        reasons.append(failure)
+    return "; ".join(reasons)
 
 
 def posing(

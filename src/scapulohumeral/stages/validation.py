@@ -27,8 +27,9 @@ from scapulohumeral.problems.posed_problem import (
     read_result,
     solve_posed,
     store,
+    unsolved,
 )
-from scapulohumeral.stages.calibration import calibrated_muscles
+from scapulohumeral.stages.calibration import calibrated_muscles, calibration_failure
 from scapulohumeral.stages.tracking import read_trial, tracking_target
 
 PARAMETERS = ("generic", "calibrated")
@@ -50,13 +51,24 @@ def solve_validation(
     solution: tuple[Path, Path],
     solver_log: Path,
 ) -> None:
-    """Track one daily task with joint stability; write solution and summary."""
+    """Track one daily task with joint stability; write solution and summary.
+
+    A solve that fails is written too, sealed by its status; so is one whose muscles could not be
+    calibrated.
+    """
     model = load_model(files.model)
-    muscles = calibrated_muscles(model.record, files.channels, files.calibration)
+    failure = calibration_failure(files.calibration) if files.calibration else ""
+    # Generic muscles complete a problem that is sealed; nothing is solved with them.
+    scalers = None if failure else files.calibration
+    muscles = calibrated_muscles(model.record, files.channels, scalers)
     recording = read_trial(files.model, trial)
     target = tracking_target(recording, settings.time_step_s)
     posed = pose(model, muscles, target, settings, recording.hand_load_kg)
-    result = solve_posed(posed, posed.cold_start(), settings, solver_log)
+    start = posed.cold_start()
+    if failure:
+        result = unsolved(posed, start, failure, solver_log)
+    else:
+        result = solve_posed(posed, start, settings, solver_log)
     others = [files.channels, recording.file] + ([files.calibration] if files.calibration else [])
     about = header(
         posed,

@@ -271,6 +271,27 @@ def test_verdicts_of_the_synthetic_study(coordination: Coordination) -> None:
     assert one("predictions of all variants").holds
 
 
+def test_calibration_without_a_result_stands_first_and_enters_nothing(
+    files: ReportFiles, tmp_path: Path
+) -> None:
+    failed = synthetic_coordination.calibration("par3")
+    failed |= {"status": "failed", "message": "no way", "groups": {}, "scores": None}
+    path = synthetic_coordination.write_json(tmp_path / "par3.json", failed)
+    both = [*files.coordination.calibrations, path]
+    study = read_study(replace(files, coordination=replace(files.coordination, calibrations=both)))
+    first, *others = coordination_verdicts(study.coordination)
+    assert (first.name, first.holds) == ("calibrations", False)
+    assert first.value == "1 of 2 converged"
+    assert first.worse == ("par3: calibration failed: no way",)
+    assert all("par3" not in v.value for v in others if "calibration" in v.name)
+    assert {row[0] for row in scaler_table(study.coordination).rows} == {"par2"}
+    assert calibration_chapter(study)["figure"].svg.count("par3") == 0
+    alone = replace(files.coordination, calibrations=[path])
+    html = render_report(replace(files, coordination=alone))
+    assert "1 of 1 calibrations have no result" in html
+    assert "par3 (calibration failed: no way)" in html
+
+
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
     table = coordination.prediction_table.assign(certified=False, seconds=500.0)
     _, certificates, times = solve_verdicts(table)

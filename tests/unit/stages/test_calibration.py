@@ -10,6 +10,7 @@ import pytest
 import yaml
 from emg_study import CHANNELS, CONFIG, ENVELOPE
 from muscle_record import muscle_record
+from small_arm import NAMES
 from small_posed import small_model, small_settings
 from synthetic_study import PARTICIPANTS, solution
 
@@ -18,7 +19,7 @@ from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.ocp.scalers import Scalers
-from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.problems.composite import composite_target
@@ -27,11 +28,12 @@ from scapulohumeral.stages import calibration
 from scapulohumeral.stages.calibration import (
     CalibrationFiles,
     CalibrationSettings,
+    calibrate,
     calibrated_muscles,
     describe,
     read_scalers,
 )
-from scapulohumeral.stages.calibration_score import score
+from scapulohumeral.stages.calibration_score import recovery_table, score
 from scapulohumeral.stages.refinement import Refined, RefinementSettings
 
 pytestmark = pytest.mark.unit
@@ -199,27 +201,61 @@ def test_calibrated_muscles_are_scaled_by_group(tmp_path):
     )
 
 
-def test_hand_holds_what_it_held_when_the_elevations_were_recorded(
-    quaternion_equations, tmp_path, monkeypatch
-):
+@pytest.fixture
+def elevation(quaternion_equations, tmp_path, monkeypatch):
+    """Function that writes a tracked elevation of the small arm, and returns what follows it."""
     person = Path(shutil.copytree(PARTICIPANTS / "par2", tmp_path / "par2")) / "participant.yaml"
+    monkeypatch.setattr(calibration, "load_model", lambda _: small_model(quaternion_equations))
+    monkeypatch.setattr(calibration, "hashes", lambda *_: {})
+    # One channel for each muscle of the small arm.
+    channels = tmp_path / "channels.csv"
+    rows = "".join(f"{name},{name},{name},{name},\n" for name in NAMES)
+    channels.write_text(f"channel,group,scaled_muscle,elements,neighbours\n{rows}", "utf-8")
+
+    def elevation(status: str = "optimal") -> CalibrationFiles:
+        solved = solution("par2", "frontal", "quaternion", status)
+        few = {
+            name: getattr(solved, name)[:, : len(NAMES)] for name in ("activation", "excitation")
+        }
+        write_solution(replace(solved, **few), tmp_path / "frontal.npz")
+        time, flat = solved.time_s[[0, -1]], np.full((2, len(NAMES)), 0.3)
+        write_envelopes(tmp_path / "emg.csv", Envelopes(NAMES, time, flat, simulated=True))
+        return CalibrationFiles(
+            model=ModelFiles(person, *[Path("unread")] * 4),
+            channels=channels,
+            tracked=[tmp_path / "frontal.npz"],
+            envelopes=[tmp_path / "emg.csv"],
+        )
+
+    return elevation
+
+
+def test_hand_holds_what_it_held_when_the_elevations_were_recorded(elevation):
+    files = elevation()
+    person = files.model.participant
     text = person.read_text(encoding="utf-8")
     person.write_text(text.replace("hand_load_kg: 0.0", "hand_load_kg: 1.5"), encoding="utf-8")
-    solved = solution("par2", "frontal", "quaternion")
-    write_solution(solved, tmp_path / "frontal.npz")
-    time, flat = solved.time_s[[0, -1]], np.full((2, len(CHANNELS.names)), 0.3)
-    write_envelopes(tmp_path / "emg.csv", Envelopes(CHANNELS.names, time, flat, simulated=True))
-    model = replace(small_model(quaternion_equations), record=muscle_record())
-    monkeypatch.setattr(calibration, "load_model", lambda _: model)
-    files = CalibrationFiles(
-        model=ModelFiles(person, *[Path("unread")] * 4),
-        channels=TABLE,
-        tracked=[tmp_path / "frontal.npz"],
-        envelopes=[tmp_path / "emg.csv"],
-    )
     study = calibration._read(files, SETTINGS)
     posed = study.posed(composite_target(study.composite), SETTINGS.solve)
     assert unpack(posed.parameters)["mass_load"] == 1.5
+
+
+def test_calibration_to_a_motion_without_a_solution_is_written_as_failed(elevation, tmp_path):
+    files = elevation("failed")
+    written = tmp_path / "paper.npz", tmp_path / "paper.summary.json"
+    scalers, log = tmp_path / "scalers.json", tmp_path / "solver.log"
+    calibrate(files, SETTINGS, written, scalers, log)
+    with pytest.raises(SolveError, match="tracking of frontal failed"):
+        read_solution(written[0])
+    assert "tracking of frontal failed" in log.read_text(encoding="utf-8")
+    with pytest.raises(SolveError, match=r"scalers.json: calibration failed: tracking of frontal"):
+        calibrated_muscles(muscle_record(), TABLE, scalers)
+    # EMG of a plant, but no plant: nothing is compared with it.
+    score(scalers, None, TABLE, tmp_path / "scored.json")
+    document = json.loads((tmp_path / "scored.json").read_text(encoding="utf-8"))
+    assert (document["status"], document["scores"], document["groups"]) == ("failed", None, {})
+    with pytest.raises(SolveError, match=r"scored.json: calibration failed"):
+        recovery_table({"same": tmp_path / "scored.json"})
 
 
 def test_calibration_that_did_not_converge_is_no_result(tmp_path):
@@ -230,5 +266,7 @@ def test_calibration_that_did_not_converge_is_no_result(tmp_path):
     path.write_text(json.dumps(document | {"status": "not converged"}), encoding="utf-8")
     with pytest.raises(SolveError, match=r"par2_scalers.json: .* not converge in 8 iterations"):
         calibrated_muscles(record, TABLE, path)
+    score(path, None, TABLE, tmp_path / "par2.json")
+    assert json.loads((tmp_path / "par2.json").read_text(encoding="utf-8"))["scores"] is None
     path.write_text(json.dumps(document | {"status": "converged"}), encoding="utf-8")
     assert (read_scalers(path, muscle_groups(record, CHANNELS)) == 1.1).all()

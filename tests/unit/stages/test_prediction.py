@@ -137,21 +137,30 @@ def test_start_on_the_published_arm_carries_what_the_hand_holds(
         assert unpack(parameters)["mass_load"] == 1.5
 
 
-def test_prediction_on_an_arm_without_a_solution_is_written_as_failed(
-    quaternion_equations, tmp_path, monkeypatch
-):
-    tracked = [tmp_path / "frontal.npz", tmp_path / "sagittal.npz"]
-    for path, status in zip(tracked, ("optimal", "failed"), strict=True):
-        motion = solution("par2", path.stem, "quaternion", status)
-        small = {
-            name: getattr(motion, name)[:, : len(NAMES)] for name in ("activation", "excitation")
-        }
-        write_solution(replace(motion, **small), path)
+@pytest.fixture
+def motions(quaternion_equations, tmp_path, monkeypatch):
+    """Function that writes tracked motions of the small arm, and returns what follows them."""
     monkeypatch.setattr(prediction, "load_model", lambda _: small_model(quaternion_equations))
     monkeypatch.setattr(prediction, "hashes", lambda *_: {})
-    participant = REPOSITORY / "config" / "participants" / "par2" / "participant.yaml"
-    unread = Path("unread")
-    files = PredictionFiles(ModelFiles(participant, *[unread] * 4), unread, None, tracked)
+
+    def motions(**statuses) -> PredictionFiles:
+        tracked = [tmp_path / f"{plane}.npz" for plane in statuses]
+        for path, status in zip(tracked, statuses.values(), strict=True):
+            motion = solution("par2", path.stem, "quaternion", status)
+            small = {
+                name: getattr(motion, name)[:, : len(NAMES)]
+                for name in ("activation", "excitation")
+            }
+            write_solution(replace(motion, **small), path)
+        participant = REPOSITORY / "config" / "participants" / "par2" / "participant.yaml"
+        unread = Path("unread")
+        return PredictionFiles(ModelFiles(participant, *[unread] * 4), unread, None, tracked)
+
+    return motions
+
+
+def test_prediction_on_an_arm_without_a_solution_is_written_as_failed(motions, tmp_path):
+    files = motions(frontal="optimal", sagittal="failed")
     written = tmp_path / "healthy.npz", tmp_path / "healthy.json"
     solve_prediction(HEALTHY, files, SETTINGS, written, tmp_path / "solver.log")
     with pytest.raises(SolveError, match="tracking of sagittal failed"):
@@ -161,6 +170,18 @@ def test_prediction_on_an_arm_without_a_solution_is_written_as_failed(
     assert list(about["planes"]) == ["frontal", "sagittal"]
     with pytest.raises(SolveError, match="this solve failed"):
         posing(HEALTHY, files, SETTINGS)
+
+
+def test_prediction_without_its_scalers_is_written_as_failed(motions, tmp_path):
+    scalers = tmp_path / "scalers.json"
+    scalers.write_text('{"status": "failed", "message": "no way", "groups": {}}', encoding="utf-8")
+    files = replace(motions(frontal="optimal"), calibration=scalers)
+    written = tmp_path / "healthy.npz", tmp_path / "healthy.json"
+    solve_prediction(HEALTHY, files, SETTINGS, written, tmp_path / "solver.log")
+    with pytest.raises(SolveError, match="calibration failed: no way"):
+        read_solution(written[0])
+    assert json.loads(written[1].read_text(encoding="utf-8"))["iterations"] == 0
+    assert "calibration failed: no way" in (tmp_path / "solver.log").read_text(encoding="utf-8")
 
 
 def capacities(problems) -> list[float]:

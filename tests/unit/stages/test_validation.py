@@ -1,5 +1,6 @@
 """Daily tasks against EMG: errors by channel, with generic and calibrated muscles side by side."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,12 +8,20 @@ import pandas as pd
 import pytest
 from emg_study import CHANNELS, CONFIG
 from muscle_record import ELEMENTS
-from synthetic_study import solution
+from small_posed import small_model, small_settings
+from synthetic_study import PARTICIPANTS, solution
 
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
-from scapulohumeral.errors import DataError
-from scapulohumeral.ocp.solution import write_solution
-from scapulohumeral.stages.validation import compare_with_emg, summarise_validation
+from scapulohumeral.errors import DataError, SolveError
+from scapulohumeral.ocp.solution import read_solution, write_solution
+from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.stages import validation
+from scapulohumeral.stages.validation import (
+    ValidationFiles,
+    compare_with_emg,
+    solve_validation,
+    summarise_validation,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -99,6 +108,21 @@ def test_task_that_failed_with_all_muscles_keeps_its_rows(tmp_path):
     rows = table[table["task"] == "sagittal"]
     assert len(rows) == len(CHANNELS.names)
     assert rows[["rmse_generic", "rmse_calibrated"]].isna().all(axis=None)
+
+
+def test_task_without_its_scalers_is_written_as_failed(quaternion_equations, tmp_path, monkeypatch):
+    monkeypatch.setattr(validation, "load_model", lambda _: small_model(quaternion_equations))
+    monkeypatch.setattr(validation, "hashes", lambda *_: {})
+    scalers = tmp_path / "scalers.json"
+    scalers.write_text('{"status": "failed", "message": "no way", "groups": {}}', encoding="utf-8")
+    person = PARTICIPANTS / "par2" / "participant.yaml"
+    files = ValidationFiles(ModelFiles(person, *[tmp_path / "unread"] * 4), TABLE, scalers)
+    written = tmp_path / "task.npz", tmp_path / "task.summary.json"
+    solve_validation("frontal", files, small_settings(), written, tmp_path / "solver.log")
+    with pytest.raises(SolveError, match="calibration failed: no way"):
+        read_solution(written[0])
+    about = json.loads(written[1].read_text(encoding="utf-8"))
+    assert (about["parameters"], about["iterations"]) == ("calibrated", 0)
 
 
 def test_unknown_muscles_are_refused(tmp_path):

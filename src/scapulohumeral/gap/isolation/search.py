@@ -38,8 +38,8 @@ ADDED = 1.0
 # A solution whose parameters end further than so many prior spreads from where the movements were
 # solved is an extrapolation: the movements are solved once more.
 SETTLED = 0.25
-# Effects between simulations that are solved again at most, the strongest first: each takes 8 s,
-# and an answer is due within three minutes on two cores.
+# Effects between simulations that are solved again at most, the strongest first: they take most of
+# the time of an answer.
 MOST_OF_SIMULATIONS = 24
 # Units of log probability that effects may stay behind the strongest even so: what is left of
 # their probability is below a hundredth of its.

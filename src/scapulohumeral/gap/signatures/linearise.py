@@ -75,9 +75,16 @@ class Linearised:
         move = self.move.kept(self.point, stiffness)
         return Linearised(move, self.body, self.point, self.duration_s, self.sensors)
 
-    def by_effect(self, effect: Effect, internal: Array) -> Array:
-        """Change (P, N, K) of the record per unit of an effect on the body, at `internal`."""
-        return self.shown(self.response(effect, internal)) + self.seen(effect, internal)
+    def by_effect(
+        self, effect: Effect, internal: Array, response: Sensitivity | None = None
+    ) -> Array:
+        """Change (P, N, K) of the record per unit of an effect on the body, at `internal` (P,).
+
+        `response`: the derivatives of the solution, if they are known.
+        """
+        if response is None:
+            response = self.response(effect, internal)
+        return self.shown(response) + self.seen(effect, internal)
 
     def response(self, effect: Effect, internal: Array) -> Sensitivity:
         """Derivatives of the solution by an effect on the body, at `internal` (P,)."""

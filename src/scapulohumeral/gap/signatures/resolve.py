@@ -135,7 +135,7 @@ class Resolve:
         response = local.response(effect, x)
         return Solved(
             change=difference(local.observed, self.of_task.nominal),
-            slope=local.shown(response) + local.seen(effect, x),
+            slope=local.by_effect(effect, x, response),
             near=Near(x, point, response),
         )
 

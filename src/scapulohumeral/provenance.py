@@ -52,8 +52,8 @@ def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
     Returns
     -------
     list of Path
-        Absolute paths, sorted: the module, its parents' ``__init__.py``, and the same for all
-        modules it imports, directly or not.
+        Absolute paths, sorted: the module, its parents' ``__init__.py``, the same for all modules
+        it imports, directly or not, and C sources named like one of them beside it.
 
     Raises
     ------
@@ -72,7 +72,8 @@ def code_of(module: str, root: Path = SOURCE_ROOT) -> list[Path]:
         if name not in found:
             found[name] = path
             waiting |= _imported_files(path, name, root, path.stat().st_mtime_ns)
-    return sorted(found.values())
+    beside = (path.with_suffix(".c") for path in found.values())
+    return sorted([*found.values(), *(path for path in beside if path.is_file())])
 
 
 def imported_names(path: Path, module: str) -> Iterator[str]:

@@ -14,7 +14,11 @@ from typing import Any
 from scapulohumeral.configuration.check import check_config
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.choices import read_choices
-from scapulohumeral.model.participant_file import list_participants, read_participant_file
+from scapulohumeral.model.participant_file import (
+    common_load,
+    list_participants,
+    read_participant_file,
+)
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
@@ -269,13 +273,7 @@ def _check_loads(study: Study) -> None:
             continue
         entries = study.files[name]["trials"]
         loads = {plane: entries[plane]["hand_load_kg"] for plane in study.planes}
-        if len(set(loads.values())) > 1:
-            held = ", ".join(f"{plane} {load:g}" for plane, load in loads.items())
-            raise ConfigError(
-                f"{study.folder / name / 'participant.yaml'}, hand_load_kg: {held}; expected one "
-                "load in trials that are followed in one motion. Correct them, or choose others in "
-                "key 'planes' (--trials of scapulohumeral study)."
-            )
+        common_load(study.folder / name / "participant.yaml", loads)
 
 
 def _check_task(study: Study, section: str, task: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,3 +46,24 @@ def read_participant_file(directory: Path, name: str) -> dict[str, Any]:
             f"{', '.join(document['trials'])}. Correct the name, or add the recorded motion."
         )
     return document
+
+
+def common_load(file: Path, loads_kg: Mapping[str, float]) -> float:
+    """What the hand holds in trials that are followed in one motion [kg].
+
+    Parameters
+    ----------
+    file : of the participant; loads_kg : by trial
+
+    Raises
+    ------
+    ConfigError                      they differ
+    """
+    if len(set(loads_kg.values())) != 1:
+        held = ", ".join(f"{trial} {load:g}" for trial, load in loads_kg.items())
+        raise ConfigError(
+            f"{file}, hand_load_kg: {held}; expected one load in trials that are followed in one "
+            "motion. Correct them, or choose others in key 'planes' (--trials of scapulohumeral "
+            "study)"
+        )
+    return next(iter(loads_kg.values()))

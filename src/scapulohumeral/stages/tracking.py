@@ -12,9 +12,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.errors import DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import Trial, participant_of
+from scapulohumeral.model.participant_file import common_load
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -70,13 +71,7 @@ def held_load(files: ModelFiles, trials: Iterable[str]) -> float:
     """
     person = participant_of(files.participant)
     loads = {trial: person.trial(trial).hand_load_kg for trial in trials}
-    if len(set(loads.values())) != 1:
-        held = ", ".join(f"{trial} {load:g}" for trial, load in loads.items())
-        raise ConfigError(
-            f"{files.participant}, hand_load_kg: {held}; expected one load in trials that are "
-            "followed in one motion. Correct them, or choose others in key 'planes'"
-        )
-    return loads.popitem()[1]
+    return common_load(files.participant, loads)
 
 
 def pose_tracking(recording: Trial, files: ModelFiles, settings: SolveSettings) -> PosedProblem:

@@ -81,6 +81,7 @@ def external_packages(paths: Iterable[Path]) -> set[str]:
     return {
         name.split(".")[0]
         for path in paths
+        if path.suffix == ".py"
         for name in provenance.imported_names(path, "scapulohumeral")
     }
 

@@ -71,6 +71,18 @@ def test_imports_inside_functions_count(package: Path) -> None:
     assert package / "arm/unused.py" in provenance.code_of("arm.late", package)
 
 
+def test_c_sources_of_a_module_count(package: Path) -> None:
+    before = provenance.code_of("arm.bones.humerus", package)
+    kernels = package / "arm/motion/speed.c"
+    kernels.write_text("int speed;\n", encoding="utf-8")
+    (package / "arm/unused.c").write_text("", encoding="utf-8")
+    assert provenance.code_of("arm.bones.humerus", package) == sorted([*before, kernels])
+    assert any(
+        path.name == "dense_kernels.c"
+        for path in provenance.code_of("scapulohumeral.ocp.solving.solver")
+    )
+
+
 def test_unknown_module_is_refused() -> None:
     with pytest.raises(ConfigError, match="scapulohumeral.no_such_module"):
         provenance.code_of("scapulohumeral.no_such_module")

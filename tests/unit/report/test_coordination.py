@@ -303,7 +303,15 @@ def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination
 def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     table = coordination.validation.assign(rmse_calibrated=np.nan)
     assert channel_reductions(table).reduction.isna().all()
-    assert not any(v.holds for v in validation_verdicts(table))
+    mean, worse = validation_verdicts(table)
+    assert not mean.holds
+    assert mean.value == "not known: a solve has no result"
+    assert not worse.holds
+    assert worse.value == "0 of 0 by more than 5 %"
+    assert len(worse.worse) == coordination.validation.channel.nunique()
+    assert all(text.endswith("not known") for text in worse.worse)
+    shown = replace(coordination, validation=table)
+    assert {row[3:5] for row in reduction_table(shown).rows} == {("not converged", "")}
 
 
 def test_worse_channel_is_named() -> None:

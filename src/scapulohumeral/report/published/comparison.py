@@ -154,6 +154,8 @@ def _validation_rows(coordination: Coordination) -> Iterable[tuple[str, ...]]:
         if channel not in table.index:
             continue
         row = table.loc[channel]
+        if np.isnan(row.reduction):
+            continue
         change = 100 * (row.reduction - (1 - after / before))
         yield (
             "validation",

@@ -31,9 +31,9 @@ def reduction_table(coordination: Coordination) -> Table:
             (
                 row.participant,
                 row.channel.replace("_", " "),
-                f"{row.generic:.3f}",
-                f"{row.calibrated:.3f}",
-                f"{100 * row.reduction:+.1f}",
+                _number(row.generic),
+                _number(row.calibrated),
+                "" if np.isnan(row.reduction) else f"{100 * row.reduction:+.1f}",
                 f"{before:.3f} → {after:.3f}" if known else "not printed",
                 f"{100 * (1 - after / before):+.1f}" if known else "",
             )
@@ -52,15 +52,17 @@ def task_table(coordination: Coordination) -> Table:
     for row in named_rows(coordination.validation):
         if np.isnan(row.rmse_generic) or np.isnan(row.rmse_calibrated):
             flagged.add(len(rows))
-        numbers = (
-            "not converged" if np.isnan(value) else f"{value:.3f}"
-            for value in (row.rmse_generic, row.rmse_calibrated)
-        )
+        numbers = map(_number, (row.rmse_generic, row.rmse_calibrated))
         reduction = "" if np.isnan(row.reduction) else f"{100 * row.reduction:+.1f}"
         names = (row.participant, row.task.replace("_", " "), row.channel.replace("_", " "))
         rows.append((*names, *numbers, reduction))
     columns = ("participant", "task", "channel", "generic", "calibrated", "reduction [%]")
     return Table(columns, rows, frozenset(flagged))
+
+
+def _number(error: float) -> str:
+    """An error in a table; that of a failed solve is not a number."""
+    return "not converged" if np.isnan(error) else f"{error:.3f}"
 
 
 @styled

@@ -109,7 +109,7 @@ def test_intervals_of_scalers_hold_the_truth_they_are_said_to(files, repository:
     for path in _paths(files, "calibrations"):
         document = json.loads(path.read_text(encoding="utf-8"))
         assert document["emg_simulated"] == (not _measured_trials(files, path.stem))
-        if not document["emg_simulated"] or document["status"] != "converged":
+        if not document["emg_simulated"] or document["status"] == "failed":
             assert document["scores"] is None
             continue
         plant = (repository / "config" / "plant" / f"{path.stem}.yaml").read_text(encoding="utf-8")

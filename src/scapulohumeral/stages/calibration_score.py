@@ -15,7 +15,7 @@ import pandas as pd
 
 from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.errors import ConfigError, SolveError
-from scapulohumeral.stages.calibration import KINDS, failure_of
+from scapulohumeral.stages.calibration import FAILED, KINDS, failure_of
 from scapulohumeral.stages.reference_plant import read_plant
 
 
@@ -24,7 +24,7 @@ def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -
 
     Errors are relative to the plant's value; medians are over the identifiable scalers, those of
     all and of the paper's problem beside them. Measured EMG has no plant to compare with, and a
-    calibration that failed has no scores.
+    calibration that failed has no scalers; one that did not converge is compared as it ended.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def score(calibration: Path, plant: Path | None, channels: Path, scored: Path) -
         If the EMG was simulated and no plant is named.
     """
     document = json.loads(calibration.read_text(encoding="utf-8"))
-    if failure_of(document):
+    if document.get("status") == FAILED:
         document["scores"] = None
     elif document["emg_simulated"]:
         if plant is None:
@@ -75,8 +75,8 @@ def recovery_table(scored: Mapping[str, Path]) -> pd.DataFrame:
     rows = []
     for arm, path in scored.items():
         document = json.loads(path.read_text(encoding="utf-8"))
-        if failure := failure_of(document):
-            raise SolveError(f"{path}: {failure}. Its scalers are no result")
+        if document["status"] == FAILED:
+            raise SolveError(f"{path}: {failure_of(document)}")
         for group, entry in document["groups"].items():
             for kind in KINDS:
                 found = entry[kind]

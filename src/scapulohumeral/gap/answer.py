@@ -134,7 +134,8 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     gap = _gap(found)
     regions, entering = _regions(found)
     explained = judged.explained
-    warnings += [*_remarks_on_gap(found.records, gap), *_remarks(found, bool(regions.shows))]
+    compared = found.records.of_tasks(found.evidence.cautious.tasks)
+    warnings += [*_remarks_on_gap(compared, gap), *_remarks(found, bool(regions.shows))]
     splitting = {e.label: e.splitting for e in (*evidence.effects, MOVEMENT_STRATEGY)}
     halves = found.halves if found.present else []
     done = Diagnosis(

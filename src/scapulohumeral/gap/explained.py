@@ -98,7 +98,7 @@ def explain(chosen: Fit, evidence: Evidence, misfit: float, seed: int) -> Explai
     seed : of bootstraps and placebos
     """
     error = evidence.settings.signature_error
-    c, trials = evidence.residual, evidence.trials
+    c, trials = evidence.without_cause, evidence.trials
     removed, left_out = shrinkage(_predictor(chosen, evidence), c, trials, misfit, seed)
     return Explained(removed, left_out, controls(c, trials, evidence.unknown_inputs, error, seed))
 

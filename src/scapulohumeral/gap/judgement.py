@@ -118,7 +118,7 @@ def judge(
     best = next(f for f in fits if f.label == p.first)
     weighing = posterior.heard(weighing, case)
     c, error = evidence.residuals[best.moved_deg], evidence.settings.signature_error
-    agreement, by_task = _agreement(best, c, error)
+    agreement, by_task = _agreement(best, c, error, case.misfit)
     explained = explain(best, evidence, case.misfit, seed) if present else None
     left, against, untold = None, "", ""
     if present:
@@ -234,11 +234,13 @@ def _scores(
     }
 
 
-def _agreement(best: Fit, c: Residual, error: float) -> tuple[float | None, list[TaskAmplitude]]:
+def _agreement(
+    best: Fit, c: Residual, error: float, misfit: float
+) -> tuple[float | None, list[TaskAmplitude]]:
     """Whether all tasks ask for one amplitude; another movement may differ between them."""
     if best.label == MOVED:
         return None, []
-    return task_agreement(best.hypothesis, c, error)
+    return task_agreement(best.hypothesis, c, error, misfit)
 
 
 def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> float:

@@ -22,6 +22,7 @@ from scapulohumeral.gap.detection import null_bank
 from scapulohumeral.gap.detection.permutation import strongest
 from scapulohumeral.gap.detection.presence import Presence, tested
 from scapulohumeral.gap.detection.single_trials import (
+    OneTrial,
     alone,
     alone_in_words,
     as_sure_as_two,
@@ -108,6 +109,10 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     # Who yields to an effect is found sooner than who keeps the movement.
     firm = list(evidence.known.values())[-1]
     error, shown = evidence.settings.signature_error, is_there.shape_thresholds
+    if _lone(records, evidence):
+        # One trial has to tell as much as two: less is not promised.
+        surer = tested(evidence.cautious, shapes, alpha**2, inflation, case.seed)[1]
+        shown = surer[0].shape_thresholds
     seen = smallest_detectable(firm, evidence.cautious, shown, error, case.seed)
     able = silence_tells((one.label for one in firm), (one.label for one in seen))
     judged = judge(evidence, explanations, is_there, weighing, inflation, case.seed, able)
@@ -150,10 +155,17 @@ def _without_one_trial(
     if odd is not None:
         warnings.append(in_words(odd, odd.trial.name(case)))
         return contradicted(found, odd, settings.alpha)
-    # A task that could not be solved is not compared, either.
-    lone = alone(records.of_tasks(evidence.cautious.tasks))
+    lone = _lone(records, evidence)
     warnings += [alone_in_words(one, one.name(case)) for one in lone]
     return as_sure_as_two(found, by_noise, settings.alpha) if lone else found
+
+
+def _lone(records: Records, evidence: Evidence) -> tuple[OneTrial, ...]:
+    """Trials that cannot be left out; a simulation does not go otherwise once."""
+    if evidence.settings.of_simulations:
+        return ()
+    # A task that could not be solved is not compared, either.
+    return alone(records.of_tasks(evidence.cautious.tasks))
 
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:

@@ -85,7 +85,8 @@ def exchangeable(
         return found
     p_value = float(np.mean(sizes > sizes[0] - margin))
     if p_value > alpha:
-        threshold = float(np.quantile(sizes, 1.0 - alpha))
+        # The smallest size that is rare enough; `least_p` says that there is one.
+        threshold = float(np.sort(sizes)[-int(alpha * len(sizes) + ALIKE)])
         return replace(
             found,
             present=False,

@@ -13,18 +13,25 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
-from scapulohumeral.gap.detection.presence import DRAWS, DifferenceMap, threshold_of, z_values
+from scapulohumeral.gap.detection.presence import (
+    DRAWS,
+    POINTWISE_ALPHA,
+    DifferenceMap,
+    threshold_of,
+    z_values,
+)
 from scapulohumeral.gap.recording.observables import channel_unit
+from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import Entered, Shown
 from scapulohumeral.gap.signatures.nuisances import SMOOTH
 
-# Agreement of a half of the trials with the whole: one-sided 5 %.
-REPEATED_SIGMA = 1.64
-# Two-sided 5 % of a single point.
-POINTWISE_SIGMA = 1.96
+# Two-sided 5 % of a single point, and agreement of a half of the trials with the whole, one-sided.
+POINTWISE_SIGMA = float(norm.isf(0.5 * POINTWISE_ALPHA))
+REPEATED_SIGMA = float(norm.isf(POINTWISE_ALPHA))
 
 
 class EnteringCurve(NamedTuple):
@@ -50,7 +57,7 @@ def shown_regions(
     found, residual : map and difference
     halves : (D,) differences of two halves of the test trials, fewer with one trial
     """
-    split = _split(residual, halves)
+    split = _split(found, residual, halves)
     regions = []
     for k, channel in enumerate(residual.channels):
         sigma = found.sigma[:, k]
@@ -81,7 +88,7 @@ def repeated_points(
     None outside of regions, and everywhere without two halves. Arguments are those of
     :func:`shown_regions`, whose regions they are.
     """
-    split = _split(residual, halves)
+    split = _split(found, residual, halves)
     points = np.full(found.sigma.shape, None, dtype=object)
     for k in range(len(residual.channels)):
         sigma = found.sigma[:, k]
@@ -113,7 +120,7 @@ def entered_regions(
     """
     gain = most_probable_gain(residual, unknown_inputs.columns)
     estimate = gain @ residual.whiten(residual.delta)
-    without = gain @ np.random.default_rng(seed).normal(size=(len(residual.delta), DRAWS))
+    without = gain @ residual.whiten(draws(residual, DRAWS, seed))
     tasks = len(residual.tasks)
     curves = _mean_curves(estimate[:, None], unknown_inputs, tasks)[..., 0]
     null = _mean_curves(without, unknown_inputs, tasks)
@@ -138,7 +145,7 @@ def entered_regions(
     regions = []
     for i, row in enumerate(rows):
         sigma = row.curve / spread[i]
-        for run in _runs(sigma, threshold):
+        for run in _runs(sigma, np.full(len(sigma), POINTWISE_SIGMA), threshold):
             peak = _peak(sigma, run)
             regions.append(
                 Entered(
@@ -161,21 +168,27 @@ def _mean_curves(values: np.ndarray, unknown_inputs: UnknownInputs, tasks: int) 
     return np.stack([shape @ part for shape, part in zip(unknown_inputs.shapes, mean, strict=True)])
 
 
-def _split(residual: Residual, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
+def _split(
+    found: DifferenceMap, residual: Residual, halves: Sequence[np.ndarray]
+) -> list[np.ndarray]:
     """z values (N, K) of each half, whose mean over trials is less certain than that of all."""
-    return [z_values(residual, half)[0] / np.sqrt(2.0) for half in halves]
+    wider = np.sqrt(2.0) * found.single / POINTWISE_SIGMA
+    return [z_values(residual, half)[0] / wider for half in halves]
 
 
 def _shown_runs(found: DifferenceMap, channel: int) -> list[slice]:
     """Runs of nodes of a channel that are regions."""
-    threshold = found.threshold if found.standing_out else POINTWISE_SIGMA
-    return _runs(found.sigma[:, channel], threshold)
+    threshold = found.threshold if found.standing_out else 0.0
+    return _runs(found.sigma[:, channel], found.single[:, channel], threshold)
 
 
-def _runs(sigma: np.ndarray, threshold: float) -> list[slice]:
-    """Runs of nodes that stand out by themselves, those with one beyond the threshold."""
+def _runs(sigma: np.ndarray, single: np.ndarray, threshold: float) -> list[slice]:
+    """Runs of nodes that stand out by themselves, those with one beyond the threshold.
+
+    `single`: (N,) beyond which a point stands out by itself.
+    """
     size = np.abs(sigma)
-    above = np.concatenate([[False], size > POINTWISE_SIGMA, [False]])
+    above = np.concatenate([[False], size > single, [False]])
     edges = np.flatnonzero(np.diff(above.astype(int))).tolist()
     runs = [slice(low, end) for low, end in zip(edges[::2], edges[1::2], strict=True)]
     return [run for run in runs if size[run].max() > threshold]

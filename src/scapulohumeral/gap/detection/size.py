@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import bootstrap, norm, t
 
+from scapulohumeral.gap.detection.presence import DRAWS
 from scapulohumeral.gap.residual.differences import Records
+from scapulohumeral.gap.residual.noise import draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import Size
 
@@ -45,18 +47,21 @@ def sides(residual: Residual, records: Records) -> list[Side]:
 def gap_size(residual: Residual, trials: Sequence[Side], seed: int) -> Size:
     """Root mean square of the whitened difference beyond what is expected without any effect.
 
-    With w the whitened difference, ``sqrt(max(|w|^2 / D - 1, 0))``: every coefficient counts, none
-    is picked because it is large. The interval is a bootstrap over trials, test and reference apart
-    and task by task; sessions are taken as they are.
+    With w the whitened difference, ``sqrt(max(|w|^2 / D - m, 0))``, where m is the mean of the same
+    without any effect: one if noise was known exactly, more as few repeats hardly tell it. Every
+    coefficient counts, none is picked because it is large. The interval joins a bootstrap over
+    trials, test and reference apart and task by task, with how far noise alone is from m.
 
     Parameters
     ----------
     residual : mean difference and its covariance
     trials : of the test side, and of the reference side if there is one; see :func:`sides`
-    seed : of the bootstrap
+    seed : of the bootstrap, and of what is simulated without any effect
     """
     white = residual.whiten(residual.delta)
-    excess = float(white @ white) / len(white) - 1.0
+    nothing = np.mean(residual.whiten(draws(residual, DRAWS, seed)) ** 2, axis=0)
+    expected = float(nothing.mean())
+    excess = float(white @ white) / len(white) - expected
     groups = [
         _influence(residual, white, task, coefficients)
         for side in trials
@@ -70,8 +75,11 @@ def gap_size(residual: Residual, trials: Sequence[Side], seed: int) -> Size:
     # Few trials do not know their own spread: as Student's t is wider than a normal distribution.
     degrees = sum(len(group) - 1 for group in groups)
     wider = t.ppf(0.975, degrees) / norm.ppf(0.975)
-    low, high = (_length(excess + wider * end) for end in (found.low, found.high))
-    return Size(_length(excess), (low, high))
+    # What noise adds at most is what may have to be taken off, and the other way round.
+    least, most = np.quantile(nothing, [0.025, 0.975]) - expected
+    low = excess - float(np.hypot(wider * found.low, most))
+    high = excess + float(np.hypot(wider * found.high, least))
+    return Size(_length(excess), (_length(low), _length(high)))
 
 
 def _influence(

@@ -57,7 +57,8 @@ def log_share(rows: np.ndarray, mean: np.ndarray, covariance: np.ndarray) -> flo
         total += log_below
         # Mean and variance of what is left below the bound, in units of sd.
         hazard = float(np.exp(-0.5 * (z**2 + np.log(2.0 * np.pi)) - log_below))
-        lost = hazard * (hazard + z)
+        # Never more than all of it: far from the bound the difference of two large numbers.
+        lost = min(hazard * (hazard + z), 1.0)
         column = spread[:, i] / sd
         centre = centre - column * hazard
         spread = spread - lost * np.outer(column, column)

@@ -59,7 +59,7 @@ class Evidence:
         movement was the same
     cautious : the same movement, with all that sessions are assumed to change: whether there is a
         gap is asked of it, because what is most probable of the sessions is least where the gap is
-    trials : of single test trials
+    trials : of single test trials, with what they differ by without a cause
     noise : between repeats
     effects, prior : the library and the prior of its labels, alone and in pairs
     sensors : what is recorded
@@ -93,6 +93,14 @@ class Evidence:
     def residual(self) -> Residual:
         """Difference to explain if the movement was the same."""
         return self.residuals[0.0]
+
+    @property
+    def without_cause(self) -> Residual:
+        """The same with what it may be off by without any cause.
+
+        Two simulations of another model answer otherwise to any cause, but do not differ without.
+        """
+        return self.cautious if self.settings.of_simulations else self.residual
 
     @property
     def suppositions(self) -> list[Supposition]:
@@ -230,8 +238,8 @@ def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
 
 
 def _single(evidence: Evidence, trial: Residual, whole: Residual) -> Residual:
-    """A single trial with all that it may be off by, as the whole has it."""
-    return _compared(evidence, replace(trial, moved_deg=whole.moved_deg))
+    """A single trial with what it differs by without a cause, as the whole does."""
+    return _with_sessions(evidence, replace(trial, moved_deg=whole.moved_deg))
 
 
 def _with_fits(evidence: Evidence, suppositions: Sequence[Supposition]) -> Evidence:

@@ -218,28 +218,58 @@ class TaskAmplitude(NamedTuple):
 
 
 def task_agreement(
-    hypothesis: Hypothesis, residual: Residual, relative_error: float
+    hypothesis: Hypothesis, residual: Residual, relative_error: float, misfit: float
 ) -> tuple[float | None, list[TaskAmplitude]]:
-    """Whether all tasks ask for the same primary amplitude (Cochran's Q test).
+    """Whether all tasks ask for the same parameters (Cochran's Q test, of all parameters at once).
 
     The prior says the same in every task, so it is taken out of what each one tells.
 
+    Parameters
+    ----------
+    hypothesis, residual, relative_error : as for :func:`fit`
+    misfit : how many times the assumed variance the likeliest explanation leaves, one or more
+
     Returns
     -------
-    p : None where fewer than two tasks tell anything
-    rows : of the tasks that tell something
+    p : None where no two tasks tell of one parameter
+    rows : primary amplitude, of the tasks that tell something of it
     """
-    prior = hypothesis.prior_sd[0] ** -2.0
-    rows = []
+    sd = hypothesis.prior_sd
+    rows, told, asked = [], [], []
     for task in residual.tasks:
         part = fit(hypothesis.part(residual.rows([task])), residual.part([task]), relative_error)
-        variance = part.covariance[0, 0]
-        told = 1.0 / variance - prior
-        if told > LEAST_OF_PRIOR * prior:
-            value = float(part.unbounded[0] / variance / told)
-            rows.append(TaskAmplitude(task, value, float(told**-0.5)))
-    if len(rows) < 2:
+        row = _primary(task, part)
+        rows += [] if row is None else [row]
+        # In units of prior spreads, in which the prior has precision one.
+        posterior = np.linalg.inv(part.covariance / np.outer(sd, sd))
+        precision, axes = np.linalg.eigh(posterior)
+        axes = axes[:, precision - 1.0 > LEAST_OF_PRIOR]
+        told.append(axes @ axes.T @ (posterior - np.eye(len(sd))) @ axes @ axes.T)
+        asked.append(axes @ axes.T @ posterior @ (part.unbounded / sd))
+    squares, ranks = zip(*map(_told_square, told, asked), strict=True)
+    common, rank = _told_square(np.sum(told, axis=0), np.sum(asked, axis=0))
+    if (degrees := sum(ranks) - rank) < 1:
         return None, rows
-    values, weights = np.array([row.x for row in rows]), np.array([row.sd**-2.0 for row in rows])
-    mean = np.average(values, weights=weights)
-    return float(chi2.sf(np.sum(weights * (values - mean) ** 2), len(rows) - 1)), rows
+    return float(chi2.sf((sum(squares) - common) / misfit, degrees)), rows
+
+
+def _primary(task: str, part: Fit) -> TaskAmplitude | None:
+    """What the fit to one task tells of the primary amplitude; None if next to nothing."""
+    variance, prior = part.covariance[0, 0], part.hypothesis.prior_sd[0] ** -2.0
+    told = 1.0 / variance - prior
+    if told <= LEAST_OF_PRIOR * prior:
+        return None
+    return TaskAmplitude(task, float(part.unbounded[0] / variance / told), float(told**-0.5))
+
+
+def _told_square(told: np.ndarray, asked: np.ndarray) -> tuple[float, int]:
+    """Squared length of what is asked for, in units of its error, and how much is told of.
+
+    Parameters
+    ----------
+    told : (P, P) precision, in units of prior spreads; asked : (P,) precision times parameters
+    """
+    precision, axes = np.linalg.eigh(told)
+    known = precision > 0.5 * LEAST_OF_PRIOR
+    along = axes[:, known].T @ asked
+    return float(np.sum(along**2 / precision[known])), int(known.sum())

@@ -45,6 +45,12 @@ class EmgSeries:
     channels: tuple[str, ...]
     values: Array
 
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Channels that are not one value throughout."""
+        moves = np.ptp(self.values, axis=0) > 0.0
+        return tuple(name for name, moved in zip(self.channels, moves, strict=True) if moved)
+
     def of(self, channels: Sequence[str]) -> Array:
         """Values of some channels, in their order, shape (S, number of channels)."""
         return self.values[:, [self.channels.index(name) for name in channels]]
@@ -186,8 +192,12 @@ class Case:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """EMG channels of every trial compared that the participant maps to muscles, sorted."""
-        recorded = [set(trial.emg.channels) if trial.emg else set() for trial in self.compared]
+        """EMG channels of every trial compared that the participant maps to muscles, sorted.
+
+        One that never changes in some trial was off there, and would seem to tell without any
+        scatter that its muscle did nothing.
+        """
+        recorded = [set(trial.emg.changing) if trial.emg else set() for trial in self.compared]
         return tuple(sorted(set(self.participant.emg_channels).intersection(*recorded)))
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -117,10 +118,13 @@ def unlike_others(case: Case) -> list[str]:
                 "a participant.yaml into the folder of each side"
             )
     for trial in case.trials:
-        series = trial.emg
-        if series is not None and (still := np.ptp(series.values, axis=0) == 0.0).any():
-            names = ", ".join(np.array(series.channels)[still])
-            notes.append(f"{trial.name}: {names} never changes; look whether the electrode was on")
+        still = [] if trial.emg is None else sorted({*trial.emg.channels} - {*trial.emg.changing})
+        if still:
+            notes.append(
+                f"{trial.name}: {', '.join(still)} never changes, so it is compared in no trial; "
+                "look whether the electrode was on"
+            )
+    notes += _numbered(case.tasks)
     tests, references = _peaks(case.test), _peaks(case.reference)
     if common := sorted(tests.keys() & references.keys()):
         high, low = (np.array([one[name] for name in common]) for one in (tests, references))
@@ -190,6 +194,20 @@ def check_channels(case: Case) -> None:
                 f"{trial.source}, columns {', '.join(trial.emg.channels)}: none is in emg.channels "
                 f"of the participant file, {', '.join(known)}. Rename the columns or the channels."
             )
+
+
+def _numbered(tasks: Sequence[str]) -> list[str]:
+    """Tasks that look like repeats of one, by names that differ by a number at the end."""
+    alike: dict[str, list[str]] = {}
+    for task in tasks:
+        alike.setdefault(re.sub(r"[ _-]*[rR]?\d+$", "", task), []).append(task)
+    return [
+        f"{', '.join(names)} count as tasks of their own; if they are repeats of one, name their "
+        f"files {stem or 'TASK'}_r1, {stem or 'TASK'}_r2, ... or say the task in `trials` of the "
+        "participant file"
+        for stem, names in alike.items()
+        if len(names) > 1
+    ]
 
 
 def not_compared(case: Case) -> list[str]:

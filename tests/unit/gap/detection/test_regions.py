@@ -27,12 +27,13 @@ def found(peak):
     sigma = np.zeros((NODES, len(NAMES)))
     sigma[-4:, 3] = peak
     null = np.sort(np.linspace(1.0, 4.0, 100))
-    return DifferenceMap(sigma, sigma, peak, 3.9, 0.01, null)
+    return DifferenceMap(sigma, sigma, peak, 3.9, 0.01, null, np.full(sigma.shape, 1.96))
 
 
 def residual():
     size = len(NAMES) * 4
-    return Residual(np.zeros(size), np.eye(size), np.eye(size), FUNCTIONS, ("a",), NAMES, (5.0,))
+    noise = 0.99 * np.eye(size)
+    return Residual(np.zeros(size), np.eye(size), noise, FUNCTIONS, ("a",), NAMES, (5.0,))
 
 
 def test_regions_above_the_threshold_of_the_map_are_certain():

@@ -18,7 +18,7 @@ from made_up_hypotheses import (
     residual,
 )
 from scipy.optimize import lsq_linear
-from scipy.stats import kstest, multivariate_normal
+from scipy.stats import chi2, kstest, multivariate_normal
 
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis, pair
 from scapulohumeral.gap.isolation.laplace import _least, fit, no_gap_evidence, task_agreement
@@ -278,13 +278,29 @@ def test_two_causes_are_found_as_a_pair():
 def test_tasks_that_ask_for_different_amplitudes_disagree():
     h = hypothesis(DAMPING, 1)
     same = residual(h.slope @ [1.5] + noise(3))
-    p, rows = task_agreement(h, same, 0.0)
+    p, rows = task_agreement(h, same, 0.0, 1.0)
     assert p > 0.05
     assert [row.task for row in rows] == list(TASKS)
     factor = np.repeat([0.5, 1.5], SIZE // 2)
-    p, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0)
+    p, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0, 1.0)
     assert p < 1e-3
-    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0)[0] is None
+    # What is left is larger than noise was taken to be: so are the errors of what tasks ask for.
+    doubted, _ = task_agreement(h, residual(factor * (h.slope @ [1.5])), 0.0, 4.0)
+    assert chi2.isf(doubted, 1) == pytest.approx(chi2.isf(p, 1) / 4.0)
+    assert task_agreement(h.part(same.rows(["a"])), same.part(["a"]), 0.0, 1.0)[0] is None
+
+
+def test_tasks_that_agree_about_the_first_parameter_alone_disagree():
+    """The first asks for the same in both tasks, the second for the contrary."""
+    one, two = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    both = pair(fit(one, residual(noise(3)), 0.2), fit(two, residual(noise(3)), 0.2))
+    turned = np.repeat([1.0, -1.0], SIZE // 2)
+    change = one.slope @ [1.5] + turned * (two.slope @ [1.0])
+    p, rows = task_agreement(both, residual(change + noise(3)), 0.0, 1.0)
+    assert rows[0].x == pytest.approx(rows[1].x, abs=4 * rows[0].sd)
+    assert p < 1e-3
+    agreeing = one.slope @ [1.5] + two.slope @ [1.0]
+    assert task_agreement(both, residual(agreeing + noise(3)), 0.0, 1.0)[0] > 0.01
 
 
 def with_quiet_task(share):
@@ -297,7 +313,7 @@ def with_quiet_task(share):
 def test_a_task_that_tells_nothing_is_asked_for_no_amplitude():
     """Its estimate is the prior's, zero, which no other task has to agree with."""
     h = with_quiet_task(1e-3)
-    p, rows = task_agreement(h, residual(h.slope @ [2.5] + noise(3)), 0.0)
+    p, rows = task_agreement(h, residual(h.slope @ [2.5] + noise(3)), 0.0, 1.0)
     assert p is None
     assert [row.task for row in rows] == ["a"]
 
@@ -306,7 +322,8 @@ def test_tasks_agree_by_chance_where_one_tells_little():
     """The same amplitude in both: P values are uniform, whatever the prior of the amplitude."""
     h = with_quiet_task(0.1)
     found = [
-        task_agreement(h, residual(h.slope @ [2.5] + noise(seed)), 0.0)[0] for seed in range(200)
+        task_agreement(h, residual(h.slope @ [2.5] + noise(seed)), 0.0, 1.0)[0]
+        for seed in range(200)
     ]
     assert kstest(found, "uniform").pvalue > 0.01
 

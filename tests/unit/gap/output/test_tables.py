@@ -79,7 +79,9 @@ def _there():
 def shown(sigma):
     """A map of these z values whose threshold is 4."""
     null = np.linspace(1.0, 4.0, 100)
-    return DifferenceMap(sigma, sigma, float(np.abs(sigma).max()), 4.0, 0.01, null)
+    return DifferenceMap(
+        sigma, sigma, float(np.abs(sigma).max()), 4.0, 0.01, null, np.full(sigma.shape, 1.96)
+    )
 
 
 def map_with_two_regions():

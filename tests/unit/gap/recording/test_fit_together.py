@@ -34,7 +34,7 @@ def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespa
         "repeat": None,
         "angles_rad": np.deg2rad(POSTURE_DEG)[None],
         "window_s": (0.5, 2.5),
-        "emg": SimpleNamespace(channels=emg, values=values) if emg else None,
+        "emg": EmgSeries(np.array([0.0, 3.0]), emg, values) if emg else None,
         "contact": object() if force else None,
     }
     return SimpleNamespace(**{**fields, **changes})
@@ -158,7 +158,26 @@ def test_a_channel_that_never_changes_is_told() -> None:
     lost = trial("a", "EMG_1", "EMG_2")
     lost.emg.values[:, 1] = 0.0
     [note] = unlike_others(case((), lost, reference=[trial("b", "EMG_1")]))
-    assert note.startswith("a: EMG_2 never changes")
+    assert note.startswith("a: EMG_2 never changes, so it is compared in no trial")
+
+
+def test_a_channel_that_never_changes_is_not_compared() -> None:
+    """Without scatter it would seem to tell for certain that its muscle did nothing."""
+    both = ("EMG_1", "EMG_2")
+    lost, whole = trial("a", *both), trial("b", *both)
+    assert case(both, whole, reference=[whole]).channels == both
+    lost.emg.values[:, 1] = 0.2
+    assert case(both, lost, reference=[whole]).channels == ("EMG_1",)
+    assert case(both, whole, reference=[lost]).channels == ("EMG_1",)
+
+
+def test_numbered_names_of_one_task_are_told() -> None:
+    """Each would count as a task that was not repeated."""
+    named = [trial(name, task=name, window_s=(0.5, 2.5)) for name in ("up_01", "up_02", "abd R1")]
+    [note] = unlike_others(case((), *named))
+    assert note.startswith("up_01, up_02 count as tasks of their own; if they are repeats of one")
+    assert "up_r1, up_r2" in note
+    assert unlike_others(case((), *named[1:])) == []
 
 
 def test_other_units_of_all_channels_are_told() -> None:

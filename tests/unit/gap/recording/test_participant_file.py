@@ -210,7 +210,8 @@ def test_unknown_muscle_groups_are_refused(tmp_path):
 def test_channels_count_only_if_all_trials_have_them(tmp_path):
     assert participant_document()["emg"]["channels"] == {"EMG_infra": ["infra"]}
     file = read_participant_file(write_participant(tmp_path), "published")
-    with_emg = elevation().assign(EMG_infra=0.2, EMG_other=0.1)
+    rising = np.linspace(0.1, 0.2, len(elevation()))
+    with_emg = elevation().assign(EMG_infra=rising, EMG_other=rising)
     paths = [
         write_csv(with_emg, tmp_path / "a.csv"),
         write_csv(elevation(peak_deg=50.0), tmp_path / "b.csv"),

@@ -138,7 +138,11 @@ def measured_content(study: Study) -> dict[str, Any]:
     files, judged = coordination.files, coordination.judged
     return {
         "arms": literature.moment_arms(study, files.moment_arms[0]) if files.moment_arms else None,
-        "forces": literature.joint_forces(judged.recording, files.joint_force[0])
+        "forces": literature.joint_forces(
+            judged.recording,
+            {name: cases.whole for name, cases in coordination.cases.items()},
+            files.joint_force[0],
+        )
         if files.joint_force and judged
         else None,
     }

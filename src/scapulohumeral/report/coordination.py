@@ -173,7 +173,8 @@ class Cases:
     def headline(self) -> tuple[Prediction, ...]:
         """First solved prediction of each problem; further ones reach it from another start."""
         first: dict[tuple[Any, ...], Prediction] = {}
-        for prediction in self.predictions:
+        # That which others are compared with stands for its problem, wherever it was asked for.
+        for prediction in sorted(self.predictions, key=lambda p: p.condition.name != self.whole):
             first.setdefault(prediction.problem, prediction)
         return tuple(first.values())
 
@@ -220,11 +221,19 @@ class Cases:
     @property
     def isolated(self) -> tuple[Prediction, ...]:
         """Loss of other muscles than the paper's two."""
-        return tuple(p for p in self._as_modelled if p.limited and p.limited != CUFF_MUSCLES)
+        return tuple(p for p in self._lost if p.limited != CUFF_MUSCLES)
 
     @property
     def _cuff(self) -> list[Prediction]:
-        return [p for p in self._as_modelled if p.limited == CUFF_MUSCLES]
+        return [p for p in self._lost if p.limited == CUFF_MUSCLES]
+
+    @property
+    def _lost(self) -> list[Prediction]:
+        """Losses of force in the shoulder that they are compared with, generic or calibrated."""
+        of_healthy = {"generic", "calibrated"}
+        if self.healthy is not None:
+            of_healthy = {self.healthy.condition.parameters}
+        return [p for p in self._as_modelled if p.limited and p.condition.parameters in of_healthy]
 
     @property
     def _as_modelled(self) -> list[Prediction]:

@@ -37,7 +37,7 @@ def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
         verdicts += validation_verdicts(coordination.validation)
     if not coordination.prediction_table.empty:
         verdicts += solve_verdicts(coordination.prediction_table)
-        if any(p.limited == CUFF_MUSCLES for p in coordination.predictions):
+        if any(len(swept_weights(coordination, name)) > 1 for name in coordination.cases):
             verdicts.append(smallest_stable_weight(coordination))
     if coordination.judged is not None and coordination.judged.has_limits:
         verdicts += prediction_verdicts(coordination.judged)
@@ -151,6 +151,8 @@ def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
     """
     solves = table.drop_duplicates(["participant", "condition"])
     solved = solves[solves.status == "optimal"]
+    # What had nothing to be solved from took no time.
+    tried = solves[solves.iterations > 0]
     uncertified = _names(solved[~solved.certified.astype(bool)])
     slow = _names(solves[solves.seconds > LONGEST_SECONDS], "seconds", " s")
     failed = _names(solves[solves.status != "optimal"])
@@ -172,7 +174,7 @@ def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
         ),
         Verdict(
             "predictions: time of a solve",
-            f"at most {solves.seconds.max():.0f} s, median {solves.seconds.median():.0f} s",
+            f"at most {tried.seconds.max():.0f} s, median {tried.seconds.median():.0f} s",
             f"≤ {LONGEST_SECONDS:g} s",
             not slow,
             slow,
@@ -187,14 +189,33 @@ def _names(rows: pd.DataFrame, column: str = "", unit: str = "") -> tuple[str, .
     )
 
 
+def swept_weights(coordination: Coordination, participant: str) -> set[float]:
+    """Weights of joint stability at which a lost cuff was to be predicted, solved or not."""
+    return {
+        p.condition.w_gh
+        for p in coordination.predictions
+        if p.participant == participant
+        and p.limited == CUFF_MUSCLES
+        and p.condition.capacity == 0.0
+        # Stiffer joints of the girdle are another shoulder.
+        and p.condition.girdle_stiffness_Nm_per_rad is None
+    }
+
+
 def stable_weight(coordination: Coordination, participant: str) -> float | None:
-    """Smallest weight of the sweep from which on the force stays inside the glenoid."""
+    """Smallest weight of the sweep from which on the force stays inside the glenoid.
+
+    A prediction that failed keeps it nowhere.
+    """
     smallest = None
-    for prediction in reversed(coordination.cases[participant].sweep):
-        inside = [prediction.load.eccentricity[nodes].max() for nodes in prediction.planes.values()]
-        if max(inside) > 1.0:
+    solved = {p.condition.w_gh: p for p in coordination.cases[participant].sweep}
+    for weight in sorted(swept_weights(coordination, participant), reverse=True):
+        found = solved.get(weight)
+        if found is None or any(
+            found.load.eccentricity[nodes].max() > 1.0 for nodes in found.planes.values()
+        ):
             break
-        smallest = prediction.condition.w_gh
+        smallest = weight
     return smallest
 
 
@@ -202,7 +223,7 @@ def smallest_stable_weight(coordination: Coordination) -> Verdict:
     """Whether some weight of the sweep keeps the joint force inside the glenoid."""
     name = "loss of the cuff: smallest w_GH of the sweep that keeps the force inside the glenoid"
     target = f"one exists (paper: {CUFF_STABILITY_WEIGHT:g}, {PREDICTED_PARTICIPANT})"
-    swept = [p for p, cases in coordination.cases.items() if cases.sweep]
+    swept = [p for p in coordination.cases if len(swept_weights(coordination, p)) > 1]
     weights = {p: stable_weight(coordination, p) for p in swept}
     words = [f"{p} {'none' if w is None else f'{w:g}'}" for p, w in weights.items()]
     words += [f"{p} no sweep" for p in coordination.cases if p not in swept]

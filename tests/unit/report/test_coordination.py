@@ -30,7 +30,11 @@ from scapulohumeral.report.coordination_targets import (
 )
 from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS
-from scapulohumeral.report.prediction.figures import condition_label, prediction_kinematics
+from scapulohumeral.report.prediction.figures import (
+    condition_label,
+    prediction_kinematics,
+    published_angles,
+)
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import sweep_figure
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
@@ -236,6 +240,59 @@ def test_force_leaves_the_glenoid_at_the_low_weight(
     assert low.load.eccentricity.max() > 1.0
     assert stable_weight(solved, "par2") == 10.0
     assert solved.validation.empty
+
+
+def test_a_failed_weight_ends_the_range_of_stable_ones(coordination: Coordination) -> None:
+    cases = coordination.cases["par2"]
+    (high,) = [p for p in cases.sweep if p.condition.w_gh == 10.0]
+
+    def at(weight: float) -> Prediction:
+        header = high.solution.header
+        condition = {**header["condition"], "w_gh": weight, "name": f"cuff_{weight:g}"}
+        return replace(
+            high, solution=replace(high.solution, header={**header, "condition": condition})
+        )
+
+    def swept(solved: Sequence[float], asked: Sequence[float]) -> Coordination:
+        shown = Cases("par2", tuple(map(at, solved)), {})
+        return replace(coordination, predictions=list(map(at, asked)), cases={"par2": shown})
+
+    assert stable_weight(swept((6.0, 8.0, 10.0), (6.0, 8.0, 10.0)), "par2") == 6.0
+    assert stable_weight(swept((6.0, 10.0), (6.0, 8.0, 10.0)), "par2") == 10.0
+    nothing = smallest_stable_weight(swept((), (6.0, 8.0)))
+    assert (nothing.holds, nothing.worse) == (False, ("par2",))
+    # One weight is no sweep to be judged.
+    one = coordination_verdicts(swept((6.0,), (6.0,)))
+    assert not [v for v in one if v.name.startswith("loss of the cuff")]
+
+
+def test_forces_are_compared_with_the_printed_ones_in_newtons(
+    study: Study, coordination: Coordination
+) -> None:
+    """The paper divides by 650 N, this study by the weight of its own mean mass."""
+    rows = [row for row in comparison(study, coordination).rows if "peak glenohumeral" in row[1]]
+    assert [row[2] for row in rows] == ["699", "556"]
+    healthy = coordination.cases["par2"].healthy
+    for row, plane in zip(rows, ("frontal", "sagittal"), strict=True):
+        force = healthy.solution.reaction_N[healthy.planes[plane]]
+        assert row[3] == f"{np.linalg.norm(force, axis=1).max():.0f}"
+
+
+def test_published_elevations_follow_ours_in_any_order(cases: Cases) -> None:
+    """Each is put where ours is; planes that do not follow each other there are apart here."""
+    motion = cases.published["healthy"]
+    healthy = cases.healthy
+    planes = dict(reversed(healthy.solution.header["planes"].items()))
+    time_s, angles = published_angles(cases, motion)
+    header = {**healthy.solution.header, "planes": {"sagittal": planes["sagittal"]}}
+    one = replace(healthy, solution=replace(healthy.solution, header=header))
+    alone, its_angles = published_angles(Cases("par2", (one,), cases.published), motion)
+    inside = np.isin(time_s, alone)
+    np.testing.assert_allclose(angles[inside], its_angles)
+    header = {**healthy.solution.header, "planes": planes}
+    turned = replace(healthy, solution=replace(healthy.solution, header=header))
+    times, _ = published_angles(Cases("par2", (turned,), cases.published), motion)
+    np.testing.assert_allclose(times[: len(alone)], alone)
 
 
 def test_a_stiffer_girdle_is_no_part_of_the_sweep(coordination: Coordination) -> None:

@@ -168,13 +168,13 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
     for axes in drawing.axes[-1]:
         axes.set_xlabel("factor on the generic value [1]")
     drawing.legend(_scaler_entries())
+    plant = "Black line: plant that made the simulated EMG. "
     return drawing.finish(
         "scalers",
         f"Scalers calibrated to {coordination.emg_word}, with 90 % intervals; open circles: the "
-        "data do not identify this scaler. Black line: plant that made the simulated EMG (par2: "
-        "the published values, converted to the model's own fibres). Orange: estimate of the "
-        "paper's problem, in which the scalers also pay for effort and for their distance from "
-        "one. Green: published, where printed.",
+        f"data do not identify this scaler. {plant if coordination.emg_word != 'EMG' else ''}"
+        "Orange: estimate of the paper's problem, in which the scalers also pay for effort and for "
+        "their distance from one. Green: published, where printed.",
     )
 
 

@@ -5,7 +5,7 @@ Letters: N nodes, C channels.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -102,15 +102,29 @@ def published_angles(cases: Cases, motion: Motion) -> tuple[Array, Array]:
     What lies outside of the elevations of this study is left out.
     """
     about = cases.healthy
-    planes = {} if about is None else about.planes
-    known = [plane for plane in planes if plane in COMPOSITE_ELEVATIONS_S]
-    if about is None or not known:
+    if about is None:
         return np.zeros(0), np.zeros((0, 10))
-    theirs = np.concatenate([COMPOSITE_ELEVATIONS_S[plane] for plane in known])
-    ours = np.concatenate([about.solution.time_s[planes[plane]][[0, -1]] for plane in known])
-    inside = (motion.time_s >= theirs[0]) & (motion.time_s <= theirs[-1] + 0.01)
-    angles = thorax_angles(trial_to_pose(motion.angles_rad[inside]))
-    return np.interp(motion.time_s[inside], theirs, ours), angles
+    planes = about.planes
+    times, angles = [np.zeros(0)], [np.zeros((0, 10))]
+    for known in _published_runs(planes):
+        theirs = np.concatenate([COMPOSITE_ELEVATIONS_S[plane] for plane in known])
+        ours = np.concatenate([about.solution.time_s[planes[plane]][[0, -1]] for plane in known])
+        inside = (motion.time_s >= theirs[0]) & (motion.time_s <= theirs[-1] + 0.01)
+        times.append(np.interp(motion.time_s[inside], theirs, ours))
+        angles.append(thorax_angles(trial_to_pose(motion.angles_rad[inside])))
+    return np.concatenate(times), np.concatenate(angles)
+
+
+def _published_runs(planes: Iterable[str]) -> list[list[str]]:
+    """Planes of ours that follow one another in the published motion, too, run by run."""
+    order = list(COMPOSITE_ELEVATIONS_S)
+    runs: list[list[str]] = []
+    for plane in filter(order.__contains__, planes):
+        if runs and order.index(plane) == order.index(runs[-1][-1]) + 1:
+            runs[-1].append(plane)
+        else:
+            runs.append([plane])
+    return runs
 
 
 def shades(count: int) -> list[Any]:
@@ -125,13 +139,14 @@ def prediction_kinematics(cases: Cases) -> Picture | None:
     lines = [predicted(cases.healthy, "predicted, healthy", HEALTHY)]
     if cases.cuff is not None:
         lines.append(predicted(cases.cuff, "predicted, cuff-limited", CUFF))
+    loss = "supraspinatus and infraspinatus without active force, at the paper's w_GH."
     return kinematics_figure(
         f"prediction_{cases.participant}",
         cases.healthy,
         [*lines, *published(cases)],
         "Predicted motion of clavicle and scapula; only the humerus is tracked. Healthy: "
-        f"{cases.healthy.condition.parameters} muscles; cuff-limited: supraspinatus and "
-        "infraspinatus without active force, at the paper's w_GH.",
+        f"{cases.healthy.condition.parameters} muscles"
+        + (f"; cuff-limited: {loss}" if cases.cuff is not None else "."),
     )
 
 
@@ -318,6 +333,8 @@ def prediction_excitations(
     """
     about, channels = cases.healthy, coordination.channels
     if about is None or channels is None:
+        return None
+    if all(coordination.envelopes(cases.participant, plane) is None for plane in about.planes):
         return None
     shown = compared(cases, about)
     drawing = Drawing(2, 4, (12.5, 5.0), sharex="all")

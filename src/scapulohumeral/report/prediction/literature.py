@@ -147,16 +147,22 @@ def _range(found: Sequence[Arm]) -> str:
     return f"{min(means):.0f} to {max(means):.0f} ({least:.0f} to {most:.0f})"
 
 
-def joint_forces(recording: pd.DataFrame, literature: Path) -> Table:
+def joint_forces(
+    recording: pd.DataFrame, whole: Mapping[str, str], literature: Path
+) -> Table | None:
     """Joint force of healthy predictions over elevation beside instrumented implants.
 
     Parameters
     ----------
     recording : table ``against_recording``
+    whole : condition with the full force of the muscles, by participant
     literature : ``config/literature/joint_force.csv``
     """
     known = pd.read_csv(literature)
-    healthy = recording[(recording.condition == "healthy") & (recording.status == "optimal")]
+    full = recording.condition == recording.participant.map(whole)
+    healthy = recording[full & (recording.status == "optimal")]
+    if healthy.empty:
+        return None
     rows = [_force_row(row, known) for row in healthy.to_dict("records")]
     columns = (
         "participant", "variant", "plane", "arm rises to [deg]", "rest",

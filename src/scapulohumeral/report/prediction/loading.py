@@ -6,6 +6,7 @@ Letters: N nodes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +20,7 @@ from scapulohumeral.quantities.prediction_rows import peaks
 from scapulohumeral.quantities.rhythm import rhythm_by_plane
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
-from scapulohumeral.report.prediction.figures import compared, condition_label, muscle_names
+from scapulohumeral.report.prediction.figures import compared, condition_label
 from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import number_or_none
 
@@ -68,7 +69,7 @@ def loading_figure(cases: Cases) -> Picture | None:
 
 
 def _draw_implants(axes: Axes, about: Prediction) -> None:
-    """Peak forces of implants at the time of the highest elevation."""
+    """Peak forces of implants at the time of the largest force."""
     for plane, nodes in about.planes.items():
         if plane in ORTHOLOAD_BW:
             mean, sd, _ = ORTHOLOAD_BW[plane]
@@ -83,7 +84,7 @@ def _plane_entries(about: Prediction) -> dict[str, dict[str, object]]:
     marker = {"linestyle": "none", "marker": "o", "markersize": 4}
     return {
         f"{plane} plane": {"color": colour, **marker}
-        for plane, colour in zip(about.planes, PLANE_COLOURS, strict=False)
+        for plane, colour in zip(about.planes, cycle(PLANE_COLOURS), strict=False)
     }
 
 
@@ -94,7 +95,8 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
         edgecolor="#555555", linewidth=1.2,
     )  # fmt: skip
     axes.add_patch(rim)
-    for (plane, nodes), colour in zip(prediction.planes.items(), PLANE_COLOURS, strict=False):
+    colours = cycle(PLANE_COLOURS)
+    for (plane, nodes), colour in zip(prediction.planes.items(), colours, strict=False):
         superior, posterior = prediction.load.path[nodes].T
         axes.plot(posterior, superior, color=colour, linewidth=0.8, marker="o", markersize=1.8)
         panel = axes.get_title(loc="left")
@@ -165,9 +167,9 @@ def capacity_figure(cases: Cases) -> Picture | None:
     return drawing.finish(
         f"capacity_{cases.participant}",
         f"Participant {cases.participant}: force of supraspinatus and infraspinatus partly lost, "
-        f"w_GH {cases.graded[0].condition.w_gh:g}; right of it complete loss of "
-        + (", ".join(map(muscle_names, cases.isolated)) or "no other muscle")
-        + " alone. No line: the rhythm is no number, because the scapula hardly turns upward.",
+        f"w_GH {cases.graded[0].condition.w_gh:g}; right of it other losses: "
+        + ("; ".join(map(condition_label, cases.isolated)) or "none")
+        + ". No line: the rhythm is no number, because the scapula hardly turns upward.",
     )
 
 
@@ -176,7 +178,7 @@ def _draw_by_plane(
 ) -> None:
     shown = (*cases.graded, *cases.isolated)
     joined = len(cases.graded)
-    for plane, colour in zip(shown[0].planes, PLANE_COLOURS, strict=False):
+    for plane, colour in zip(shown[0].planes, cycle(PLANE_COLOURS), strict=False):
         values = np.array([quantities(p)[plane][key] for p in shown])
         axes.plot(positions[:joined], values[:joined], "-o", color=colour, markersize=4)
         axes.plot(positions[joined:], values[joined:], "D", color=colour, markersize=4)

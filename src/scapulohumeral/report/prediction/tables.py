@@ -38,7 +38,7 @@ def prediction_solves(coordination: Coordination) -> Table:
                 "NOT CONVERGED" if prediction.failed else "optimal",
                 str(header["iterations"]),
                 f"{header['seconds']:.0f}",
-                f"{header['objective']:.5g}",
+                "" if np.isnan(header["objective"]) else f"{header['objective']:.5g}",
                 *_certificate_cells(proof),
                 branch if isinstance(branch, str) else "",
                 header["message"] if prediction.failed else "",

@@ -16,6 +16,7 @@ from scapulohumeral.report.coordination_targets import (
     KIND_NAMES,
     channel_reductions,
     stable_weight,
+    swept_weights,
 )
 from scapulohumeral.report.prediction.figures import published_angles
 from scapulohumeral.report.published import paper
@@ -253,6 +254,7 @@ def _force_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
         if healthy is None or plane not in healthy.planes:
             continue
         nodes = healthy.planes[plane]
+        peak_N = float(np.linalg.norm(healthy.solution.reaction_N[nodes], axis=1).max())
         peak = float(healthy.load.percent_body_weight[nodes].max())
         mean, sd, count = paper.ORTHOLOAD_BW[plane]
         published_motion = published_plane(cases, "healthy", plane)
@@ -260,14 +262,17 @@ def _force_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
         why = f"the arm rises to {elevation:.0f} deg here"
         if published_motion is not None:
             why += f", {published_motion.peak_elevation_deg:.0f} deg in the published motion"
-        why += (
-            f"; body weight here: {healthy.record.body_mass_kg:.0f} kg, "
-            f"{healthy.record.body_mass_source}"
+        weight_N = paper.BODY_WEIGHT_OF_FIGURES_N
+        why += f"; printed as {published:g} % of {weight_N:g} N"
+        quantity = f"peak glenohumeral force, healthy, {plane} plane [N]"
+        yield _row("prediction", quantity, published / 100 * weight_N, peak_N, why, digits=0)
+        quantity = (
+            f"the same against instrumented implants (Orthoload, n = {count}) [% body weight]"
         )
-        quantity = f"peak glenohumeral force, healthy, {plane} plane [% body weight]"
-        yield _row("prediction", quantity, published, peak, why, digits=1)
-        quantity = f"the same against instrumented implants (Orthoload, n = {count})"
-        why = f"{abs(peak - mean) / sd:.1f} standard deviations from the mean of the implants"
+        why = (
+            f"{abs(peak - mean) / sd:.1f} standard deviations from the mean of the implants; body "
+            f"weight here: {healthy.record.body_mass_kg:.0f} kg, {healthy.record.body_mass_source}"
+        )
         row = _row("prediction", quantity, mean, peak, why, digits=1)
         yield (*row[:2], f"{mean:.1f} ± {sd:.1f}", *row[3:])
 
@@ -294,10 +299,10 @@ def _clavicle_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
 
 
 def _weight_rows(coordination: Coordination, cases: Cases) -> Iterable[tuple[str, ...]]:
-    if not cases.sweep:
+    tried = sorted(swept_weights(coordination, cases.participant))
+    if len(tried) < 2:
         return
     weight = stable_weight(coordination, cases.participant)
-    tried = [p.condition.w_gh for p in cases.sweep]
     published = paper.CUFF_STABILITY_WEIGHT
     yield (
         "prediction",

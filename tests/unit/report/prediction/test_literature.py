@@ -18,6 +18,7 @@ from scapulohumeral.report.prediction.literature import (
 pytestmark = pytest.mark.unit
 
 FOLDER = Path("config/literature")
+WHOLE = {"par2": "healthy"}
 NAMES = ("supra_1", "supra_2", "infra_1")
 
 
@@ -68,12 +69,21 @@ def forces(plane, **changes) -> pd.DataFrame:
 
 
 def test_forces_are_compared_where_implants_were_measured():
-    (row,) = joint_forces(forces("frontal"), FOLDER / "joint_force.csv").rows
+    (row,) = joint_forces(forces("frontal"), WHOLE, FOLDER / "joint_force.csv").rows
     assert row[-2:] == ("85.3 ± 26.4 (n = 6)", "-1.0")
-    (row,) = joint_forces(forces("scapular"), FOLDER / "joint_force.csv").rows
+    (row,) = joint_forces(forces("scapular"), WHOLE, FOLDER / "joint_force.csv").rows
     assert row[-2:] == ("none", "")
     low = forces("sagittal", gh_force_90_bw=np.nan, arm_peak_deg=72.0)
-    (row,) = joint_forces(low, FOLDER / "joint_force.csv").rows
+    (row,) = joint_forces(low, WHOLE, FOLDER / "joint_force.csv").rows
     assert row[-1] == "arm too low"
     assert row[-4:-2] == ("", "60.0")
-    assert not joint_forces(forces("frontal", status="failed"), FOLDER / "joint_force.csv").rows
+    assert (
+        joint_forces(forces("frontal", status="failed"), WHOLE, FOLDER / "joint_force.csv") is None
+    )
+
+
+def test_forces_of_generic_muscles_are_shown_where_there_are_no_others():
+    own = forces("frontal", condition="healthy_generic")
+    (row,) = joint_forces(own, {"par2": "healthy_generic"}, FOLDER / "joint_force.csv").rows
+    assert row[-1] == "-1.0"
+    assert joint_forces(own, WHOLE, FOLDER / "joint_force.csv") is None

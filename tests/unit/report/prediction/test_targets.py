@@ -1,6 +1,6 @@
 """Verdicts by config/targets.yaml: a wrong scapula and a missing solve fail, a right one holds."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pandas as pd
@@ -83,6 +83,9 @@ def test_participant_without_solution_fails_and_is_named():
     rows = {row[0]: row[1:] for row in participants_table(judged).rows}
     assert rows["par3"] == ("yes", "no", "no", "no solution")
     assert rows["par2"] == ("yes", "yes", "yes", "")
+    doubted = replace(judged, recording=table.assign(certified=table.participant != "par2"))
+    rows = {row[0]: row[1:] for row in participants_table(doubted).rows}
+    assert rows["par2"] == ("yes", "no", "no", "no certificate")
 
 
 def test_study_without_predictions_meets_nothing():

@@ -34,7 +34,8 @@ def ladder_table(predictions: Sequence[Predicted]) -> pd.DataFrame:
 
     Columns: rung, step, kind (start, alone, cumulative), condition, plane, status, upward rotation
     at fixed elevations and at the peak, clavicle elevation, rhythm over the whole rise by the
-    paper's estimator, joint force at rest and at the peak [N], effort (activation term), objective.
+    paper's estimator, joint force where the rise starts and at its peak [N], effort (activation
+    term), objective.
     """
     return pd.DataFrame([row for one in predictions for row in _rows(one)])
 
@@ -67,7 +68,7 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
                 "rhythm": range_rhythm(
                     part[rise, ELEVATION_COLUMN], part[rise, UPWARD_ROTATION_COLUMN]
                 )[WHOLE_RISE],
-                "gh_force_rest_N": float(force[first:stop][rise.start]),
+                "gh_force_start_N": float(force[first:stop][rise.start]),
                 "gh_force_peak_N": float(force[first:stop].max()),
                 "effort": one.summary["terms"]["activation"],
                 "objective": one.summary["objective"],

@@ -43,7 +43,8 @@ def sensitivity_table(cases: Sequence[Case], predictions: Sequence[Predicted]) -
     Columns: case, kind, change in words, plane, status, reached_from (start that led to the
     solution), objective, iterations, upward rotation at fixed elevations and at the peak, its
     differences from the unchanged prediction at equal time, clavicle elevation, rhythm by the
-    paper's estimator, joint force at rest and at its largest. Failed cases have no numbers.
+    paper's estimator, joint force where the rise starts and at its largest. Failed cases have no
+    numbers.
     """
     base = {
         plane: row["upward_rotation"]
@@ -85,7 +86,7 @@ def _numbers(one: Predicted) -> Iterator[tuple[str, dict[str, Any]]]:
                 "ur_peak_deg": float(upward.max()),
                 "clavicle_45_deg": at_level(part, ANGLES["clavicle_elevation"], 45.0),
                 "rhythm": range_rhythm(part[rise, ELEVATION_COLUMN], upward[rise])[WHOLE_RISE],
-                "gh_force_rest_bw": float(force[rise.start]),
+                "gh_force_start_bw": float(force[rise.start]),
                 "gh_force_peak_bw": float(force.max()),
             },
         )

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 from skeleton import CONSTANTS, muscle, skeleton_record
 from small_arm import NAMES, STEP, small_forces, small_motion, small_muscles, small_parameters
+from synthetic_study import solution
 
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.model.constants import Glenoid
+from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.problems.model_files import ShoulderModel
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -50,6 +52,13 @@ def small_model(equations) -> SmallModel:
 def small_settings(step: float = STEP, **weights: float) -> SolveSettings:
     """Settings with further weights."""
     return SolveSettings(step, 1e-8, 500, "automatic", {**WEIGHTS, **weights})
+
+
+def small_tracked(plane: str, status: str = "optimal") -> Solution:
+    """A tracked elevation of par2, with no more muscles than the small model has."""
+    solved = solution("par2", plane, "quaternion", status)
+    few = {name: getattr(solved, name)[:, : len(NAMES)] for name in ("activation", "excitation")}
+    return replace(solved, **few)
 
 
 def small_target(nodes: int, step: float = STEP, **changes) -> Target:

@@ -11,8 +11,8 @@ import yaml
 from emg_study import CHANNELS, CONFIG, ENVELOPE
 from muscle_record import muscle_record
 from small_arm import NAMES
-from small_posed import small_model, small_settings
-from synthetic_study import PARTICIPANTS, solution
+from small_posed import small_model, small_settings, small_tracked
+from synthetic_study import PARTICIPANTS
 
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
@@ -213,11 +213,8 @@ def elevation(quaternion_equations, tmp_path, monkeypatch):
     channels.write_text(f"channel,group,scaled_muscle,elements,neighbours\n{rows}", "utf-8")
 
     def elevation(status: str = "optimal") -> CalibrationFiles:
-        solved = solution("par2", "frontal", "quaternion", status)
-        few = {
-            name: getattr(solved, name)[:, : len(NAMES)] for name in ("activation", "excitation")
-        }
-        write_solution(replace(solved, **few), tmp_path / "frontal.npz")
+        solved = small_tracked("frontal", status)
+        write_solution(solved, tmp_path / "frontal.npz")
         time, flat = solved.time_s[[0, -1]], np.full((2, len(NAMES)), 0.3)
         write_envelopes(tmp_path / "emg.csv", Envelopes(NAMES, time, flat, simulated=True))
         return CalibrationFiles(

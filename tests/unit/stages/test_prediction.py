@@ -10,7 +10,7 @@ import pytest
 from muscle_record import ELEMENTS, muscle_record
 from places import REPOSITORY
 from small_arm import NAMES, small_muscles
-from small_posed import WEIGHTS, small_model, small_settings
+from small_posed import WEIGHTS, small_model, small_settings, small_tracked
 from synthetic_study import solution
 
 from scapulohumeral.dynamics.parameters import unpack
@@ -146,12 +146,7 @@ def motions(quaternion_equations, tmp_path, monkeypatch):
     def motions(**statuses) -> PredictionFiles:
         tracked = [tmp_path / f"{plane}.npz" for plane in statuses]
         for path, status in zip(tracked, statuses.values(), strict=True):
-            motion = solution("par2", path.stem, "quaternion", status)
-            small = {
-                name: getattr(motion, name)[:, : len(NAMES)]
-                for name in ("activation", "excitation")
-            }
-            write_solution(replace(motion, **small), path)
+            write_solution(small_tracked(path.stem, status), path)
         participant = REPOSITORY / "config" / "participants" / "par2" / "participant.yaml"
         unread = Path("unread")
         return PredictionFiles(ModelFiles(participant, *[unread] * 4), unread, None, tracked)

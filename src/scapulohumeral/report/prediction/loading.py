@@ -5,7 +5,7 @@ Letters: N nodes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -83,9 +83,13 @@ def _draw_implants(axes: Axes, about: Prediction) -> None:
 def _plane_entries(about: Prediction) -> dict[str, dict[str, object]]:
     marker = {"linestyle": "none", "marker": "o", "markersize": 4}
     return {
-        f"{plane} plane": {"color": colour, **marker}
-        for plane, colour in zip(about.planes, cycle(PLANE_COLOURS), strict=False)
+        f"{plane} plane": {"color": colour, **marker} for plane, colour in _coloured(about.planes)
     }
+
+
+def _coloured(planes: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Planes with their colours, which come again where there are more planes."""
+    return zip(planes, cycle(PLANE_COLOURS), strict=False)
 
 
 def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
@@ -95,8 +99,8 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
         edgecolor="#555555", linewidth=1.2,
     )  # fmt: skip
     axes.add_patch(rim)
-    colours = cycle(PLANE_COLOURS)
-    for (plane, nodes), colour in zip(prediction.planes.items(), colours, strict=False):
+    for plane, colour in _coloured(prediction.planes):
+        nodes = prediction.planes[plane]
         superior, posterior = prediction.load.path[nodes].T
         axes.plot(posterior, superior, color=colour, linewidth=0.8, marker="o", markersize=1.8)
         panel = axes.get_title(loc="left")
@@ -178,7 +182,7 @@ def _draw_by_plane(
 ) -> None:
     shown = (*cases.graded, *cases.isolated)
     joined = len(cases.graded)
-    for plane, colour in zip(shown[0].planes, cycle(PLANE_COLOURS), strict=False):
+    for plane, colour in _coloured(shown[0].planes):
         values = np.array([quantities(p)[plane][key] for p in shown])
         axes.plot(positions[:joined], values[:joined], "-o", color=colour, markersize=4)
         axes.plot(positions[joined:], values[joined:], "D", color=colour, markersize=4)

@@ -46,7 +46,7 @@ from scapulohumeral.problems.posed_problem import (
     unsolved,
 )
 from scapulohumeral.stages.refinement import Evidence, Refined, RefinementSettings, refine
-from scapulohumeral.stages.tracking import held_load
+from scapulohumeral.stages.tracking import held_load, tracking_failure
 
 SCHEMA = "calibration/1"
 CONVERGED, NOT_CONVERGED, FAILED = "converged", "not converged", "failed"
@@ -94,7 +94,7 @@ class CalibrationSettings:
 
 @dataclass(frozen=True, eq=False)
 class _Study:
-    """Everything that both estimates share; `untracked` are trials whose tracking failed."""
+    """Everything that both estimates share; `untracked` says which tracking failed."""
 
     model: ShoulderModel
     channels: Channels
@@ -103,7 +103,7 @@ class _Study:
     envelopes: np.ndarray
     simulated: bool
     hand_load_kg: float
-    untracked: tuple[str, ...]
+    untracked: str
 
     def posed(self, target: Target, settings: SolveSettings) -> PosedProblem:
         """Problem of the composite motion with generic muscles and what the hand holds."""
@@ -212,9 +212,9 @@ def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
     ------
     SolveError                       a calibration that failed: its values are no result
     """
-    if failure := calibration_failure(path):
-        raise SolveError(f"{path}: {failure}. Its scalers are no result")
     document = json.loads(path.read_text(encoding="utf-8"))
+    if failure := failure_of(document):
+        raise SolveError(f"{path}: {failure}. Its scalers are no result")
     groups = document["groups"]
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
 
@@ -263,7 +263,7 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
         envelopes=table,
         simulated=simulated,
         hand_load_kg=held_load(files.model, composite.nodes),
-        untracked=tuple(m.header["trial"] for m in motions if not m.optimal),
+        untracked=tracking_failure(motions),
     )
 
 
@@ -284,8 +284,7 @@ def _paper_estimate(
     posed = replace(study.posed(target, settings.solve), scalers=study.scalers)
     start = study.composite.trajectory
     if study.untracked:
-        reason = f"tracking of {', '.join(study.untracked)} failed"
-        result = unsolved(posed, start, reason, solver_log)
+        result = unsolved(posed, start, study.untracked, solver_log)
     else:
         result = solve_posed(posed, start, settings.solve, solver_log)
     about = header(

@@ -50,7 +50,7 @@ from scapulohumeral.problems.posed_problem import (
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.stages.calibration import calibrated_muscles, calibration_failure
-from scapulohumeral.stages.tracking import held_load
+from scapulohumeral.stages.tracking import held_load, tracking_failure
 
 TRACKED = ("humerus", "elbow")
 STUDY = ProblemChoices()
@@ -259,9 +259,8 @@ def _missing(
 ) -> str:
     """What a prediction is to be made from and has no result; empty if nothing."""
     reasons = []
-    failed = [motion.header["trial"] for motion in tracked if not motion.optimal]
-    if failed and settings.choices.arm == "own":
-        reasons.append(f"tracking of {', '.join(failed)} failed")
+    if settings.choices.arm == "own" and (failure := tracking_failure(tracked)):
+        reasons.append(failure)
     if files.calibration is not None and (failure := calibration_failure(files.calibration)):
         reasons.append(failure)
     return "; ".join(reasons)

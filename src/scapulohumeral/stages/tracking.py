@@ -16,6 +16,7 @@ from scapulohumeral.errors import DataError
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.participant import Trial, participant_of
 from scapulohumeral.model.participant_file import common_load
+from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -55,6 +56,12 @@ def solve_tracking(
         hashes=hashes(files, [recording.file], "scapulohumeral.stages.tracking"),
     )
     store(read_result(posed, result, about), result, (solution, summary), {})
+
+
+def tracking_failure(motions: Iterable[Solution]) -> str:
+    """Which tracked motions are no result; empty if all are one."""
+    failed = [motion.header["trial"] for motion in motions if not motion.optimal]
+    return f"tracking of {', '.join(failed)} failed" if failed else ""
 
 
 def read_trial(files: ModelFiles, trial: str) -> Trial:

@@ -243,9 +243,10 @@ def task_agreement(
         # In units of prior spreads, in which the prior has precision one.
         posterior = np.linalg.inv(part.covariance / np.outer(sd, sd))
         precision, axes = np.linalg.eigh(posterior)
-        axes = axes[:, precision - 1.0 > LEAST_OF_PRIOR]
-        told.append(axes @ axes.T @ (posterior - np.eye(len(sd))) @ axes @ axes.T)
-        asked.append(axes @ axes.T @ posterior @ (part.unbounded / sd))
+        known = precision - 1.0 > LEAST_OF_PRIOR
+        precision, axes = precision[known], axes[:, known]
+        told.append(axes * (precision - 1.0) @ axes.T)
+        asked.append(axes * precision @ axes.T @ (part.unbounded / sd))
     squares, ranks = zip(*map(_told_square, told, asked), strict=True)
     common, rank = _told_square(np.sum(told, axis=0), np.sum(asked, axis=0))
     if (degrees := sum(ranks) - rank) < 1:

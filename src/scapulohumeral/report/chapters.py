@@ -168,6 +168,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
         ],
         "scores": gap_tables.score_tables(card) if card else {},
         "card": card,
+        "together": gap_tables.together_table(study.blind_scores),
         "draws": gap_tables.draw_table(study.blind_scores),
         "real": real_content(study.real_cases),
     }

@@ -319,6 +319,25 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     assert rows["time of a diagnosis, median [s]"][1] == "no case"
 
 
+def test_rates_of_draws_with_the_same_rules_are_told_together() -> None:
+    def card(rules: dict[str, str], hits: int, cases: int) -> dict[str, object]:
+        rate = {"value": hits / cases, "hits": hits, "n": cases, "wilson95": [0.0, 1.0]}
+        return {"rules": rules, "plants": {"P1": {"all": {"family_top1": rate}}}}
+
+    old, new = {"large": "before"}, {"large": "now"}
+    other_plant = {"rules": new, "plants": {"P2": {}}}
+    table = gap_tables.together_table(
+        [card(old, 9, 9), card(new, 1, 4), other_plant, card(new, 5, 6)]
+    )
+    assert table.columns == ("2 draws", "all", "bar")
+    rows = {row[0]: row for row in table.rows}
+    # Six of ten: Wilson's interval by hand.
+    assert rows["family right, most probable"][1] == "60 % [31 %, 83 %], 10 cases"
+    assert rows["class right"][1] == "no case"
+    assert not gap_tables.together_table([card(old, 9, 9), card(new, 1, 4)]).rows
+    assert not gap_tables.together_table([]).rows
+
+
 def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
     error = {"relative_error": {"median": 0.3, "n": 2}}

@@ -5,10 +5,10 @@ The documents are read as they are; what makes them lies in the package that use
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from scapulohumeral.quantities.proportion import percent
+from scapulohumeral.quantities.proportion import percent, wilson95
 from scapulohumeral.report.tables import Table
 
 SHOWN_CANDIDATES = 5
@@ -200,6 +200,43 @@ def score_tables(scores: Mapping[str, Any]) -> dict[str, Table]:
     return {PLANTS[plant]: _score_table(modes) for plant, modes in scores["plants"].items()}
 
 
+def together_table(cards: Sequence[Mapping[str, Any]], plant: str = "P1") -> Table:
+    """Rates over all draws that were scored by the rules of the latest, all modes side by side.
+
+    One draw of 60 holds some ten cases of a kind, which hardly tell a rate.
+
+    Parameters
+    ----------
+    cards : score cards, the latest last; plant : persons that are counted
+
+    Returns
+    -------
+    table : without rows where there is one such draw, whose rates are its own
+    """
+    rules = cards[-1].get("rules") if cards else None
+    alike = [
+        card["plants"][plant]
+        for card in cards
+        if card.get("rules") == rules and plant in card["plants"]
+    ]
+    modes = list(dict.fromkeys(mode for scores in alike for mode in scores))
+    rows = [
+        (text, *(_rate(_together(_at(one.get(m), path) for one in alike)) for m in modes), bar)
+        for text, path, bar in SCORES
+        if len(alike) > 1
+    ]
+    return Table((f"{len(alike)} draws", *modes, "bar"), rows)
+
+
+def _together(rates: Iterable[Mapping[str, Any] | None]) -> dict[str, Any]:
+    """One rate of the cases of several."""
+    known = [rate for rate in rates if rate is not None]
+    hits, cases = (sum(rate[key] for rate in known) for key in ("hits", "n"))
+    if not cases:
+        return {"value": None, "n": 0}
+    return {"value": hits / cases, "n": cases, "wilson95": wilson95(hits, cases)}
+
+
 def _score_table(modes: Mapping[str, Any]) -> Table:
     names = list(modes)
     rows = [("cases", *(str(sum(modes[m]["cases"].values())) for m in names), "")]
@@ -212,7 +249,7 @@ def _score_table(modes: Mapping[str, Any]) -> Table:
     return Table(("", *names, "bar"), rows)
 
 
-def _at(scores: Mapping[str, Any], path: Sequence[str]) -> Any:
+def _at(scores: Mapping[str, Any] | None, path: Sequence[str]) -> Any:
     found: Any = scores
     for key in path:
         found = found.get(key) if found else None

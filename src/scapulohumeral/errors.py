@@ -1,4 +1,4 @@
-"""The four errors of the package, one per kind of remedy.
+"""The five errors of the package, one per kind of remedy.
 
 A message names the value, its place (file and row, column or key; joint, node or time),
 what was expected, and what to do about it.
@@ -8,6 +8,8 @@ from pathlib import Path
 
 # Exit code of a command or process that refuses its input.
 REFUSED = 2
+# The same of one that SIGTERM ended, as shells have it.
+STOPPED = 143
 
 
 class ConfigError(ValueError):
@@ -24,6 +26,14 @@ class DataError(ValueError):
 
 class SolveError(RuntimeError):
     """An optimal control problem was not solved: the remedy is another start, mesh or setting."""
+
+
+class StoppedError(RuntimeError):
+    """The process was asked to end: the remedy is to run the same again.
+
+    It says nothing of the problem that was being solved, so whatever makes a result of a
+    :class:`SolveError` lets it pass.
+    """
 
 
 def absent(path: Path) -> str:

@@ -13,7 +13,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
+from scapulohumeral.errors import (
+    REFUSED,
+    STOPPED,
+    ConfigError,
+    DataError,
+    ModelError,
+    StoppedError,
+)
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
 from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
@@ -51,6 +58,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ConfigError, DataError, ModelError) as error:
         print(f"Refused: {error}", file=sys.stderr)
         return REFUSED
+    except StoppedError as error:
+        print(f"Stopped: {error}", file=sys.stderr)
+        return STOPPED
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from scapulohumeral.configuration.check import read_simulator
 from scapulohumeral.configuration.simulator import Simulator
-from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
+from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError, StoppedError
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.recording.fit_together import (
@@ -216,7 +216,7 @@ def _answer(
             model = simulating_model(simulator)
         log.info("model %s", model.hash)
         diagnosis = diagnose(case, model, settings)
-    except (ConfigError, DataError, ModelError):
+    except (ConfigError, DataError, ModelError, StoppedError):
         raise
     except Exception as error:
         # Also a defect of the program: whoever reads result.json learns that there is no verdict.

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from scapulohumeral.laboratory.markers.frames import unit
 from scapulohumeral.model.rotations import (
     Array,
+    continuous_yzy,
     joint_rotation,
     matrix_to_quaternion,
     quaternion_to_euler,
@@ -36,7 +37,7 @@ def joint_angles(clavicle: Array, scapula: Array, humerus: Array, elbow: Array) 
     sc = _yzx(clavicle)
     ac = _yzx(clavicle.swapaxes(1, 2) @ scapula)
     gh = matrix_to_quaternion(scapula.swapaxes(1, 2) @ humerus)
-    angles = [sc, ac, continuous_yzy(quaternion_to_euler(gh, "YZY")), elbow[:, None]]
+    angles = [sc, ac, _yzy(quaternion_to_euler(gh, "YZY")), elbow[:, None]]
     return np.concatenate(angles, axis=1)
 
 
@@ -44,20 +45,12 @@ def _yzx(matrix: Array) -> Array:
     return np.unwrap(quaternion_to_euler(matrix_to_quaternion(matrix), "YZX"), axis=0)
 
 
-def continuous_yzy(angles: Array) -> Array:
-    """Y-Z-Y angles (T, 3) [rad] without the jumps between their two forms and between turns.
+def _yzy(angles: Array) -> Array:
+    """Y-Z-Y angles (T, 3) [rad], continuous in time, as tables hold them.
 
-    (a, b, c) and (a + pi, -b, c + pi) are one rotation. Every frame takes the form and the turns
-    nearest to the frame before it; the first has b >= 0 and outer angles within half a turn. Where
-    b passes zero quickly the outer angles still turn quickly: that is gimbal lock.
+    The first frame has b >= 0 and outer angles within half a turn.
     """
-    result = np.empty_like(angles)
-    before = np.zeros(3)
-    for k, first in enumerate(angles):
-        forms = [first] if k == 0 else [first, first * [1, -1, 1] + [np.pi, 0.0, np.pi]]
-        near = [form + FULL_TURN * np.round((before - form) / FULL_TURN) for form in forms]
-        before = near[int(np.argmin([np.sum((form - before) ** 2) for form in near]))]
-        result[k] = before
+    result = continuous_yzy(angles, angles[0])
     # Whole turns that the recording has wound up, as a raised and lowered arm does, mean nothing.
     result = result - FULL_TURN * np.round(result.mean(axis=0) / FULL_TURN) * [1, 0, 1]
     # Tables hold at most one turn; an arm that circles on and on jumps by a turn now and then.

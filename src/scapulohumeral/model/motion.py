@@ -10,10 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.csv_table import check_increasing, read_numbers
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+from scapulohumeral.model.rotations import (
+    ANGLE_NAMES,
+    Array,
+    continuous_angles,
+    pose_to_trial,
+    trial_to_pose,
+    unit_pose,
+)
 
 TIME_COLUMN = "time_s"
 ANGLE_COLUMNS = tuple(f"{name}_deg" for name in ANGLE_NAMES)
@@ -44,6 +52,16 @@ def read_motion(path: Path) -> Motion:
     _check_time(path, table[:, 0])
     _check_degrees(path, table[:, 1:])
     return Motion(table[:, 0], np.deg2rad(table[:, 1:]))
+
+
+def resampled(motion: Motion, time_s: Array) -> Array:
+    """Joint angles (N, 10) [rad] at other times (N,): cubic splines of the quaternions.
+
+    Euler angles jump at gimbal lock and at +-180 degrees, and may not be interpolated. Of all
+    angles that are the same pose, those nearest to the first recorded ones are taken.
+    """
+    pose = unit_pose(CubicSpline(motion.time_s, trial_to_pose(motion.angles_rad))(time_s))
+    return continuous_angles(pose_to_trial(pose), motion.angles_rad[0])
 
 
 def _check_time(path: Path, time: Array) -> None:

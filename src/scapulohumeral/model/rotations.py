@@ -23,6 +23,8 @@ EulerSequence = Literal["YZX", "YZY"]
 ANGLE_NAMES = (
     "SC_y", "SC_z", "SC_x", "AC_y", "AC_z", "AC_x", "GH_y", "GH_z", "GH_yy", "EL_x",
 )  # fmt: skip
+# Below this scipy takes the second angle of Y-Z-Y for zero.
+LOCKED_RAD = 1e-7
 JOINT_SEQUENCES: dict[str, EulerSequence] = {"SC": "YZX", "AC": "YZX", "GH": "YZY"}
 
 
@@ -207,6 +209,53 @@ def pose_to_trial(pose: ArrayLike) -> Array:
         for i, sequence in enumerate(JOINT_SEQUENCES.values())
     ]
     return np.concatenate([*angles, pose[:, 12:]], axis=1)
+
+
+def continuous_yzy(angles: Array, start: Array) -> Array:
+    """Y-Z-Y angles without the jumps between their two forms and between turns.
+
+    (a, b, c) and (a + pi, -b, c + pi) are one rotation. Every frame takes the form and the turns
+    nearest to the frame before it. Where b is zero a + c alone is known, and a - c stays as it was.
+    Where b passes zero closely the outer angles still turn quickly: that is gimbal lock.
+
+    Parameters
+    ----------
+    angles : array, shape (T, 3)     [rad]
+    start : array, shape (3,)        the first frame is taken nearest to these angles
+
+    Returns
+    -------
+    array, shape (T, 3)
+    """
+    result = np.empty_like(angles)
+    before = start
+    for frame, first in enumerate(angles):
+        if abs(first[1]) < LOCKED_RAD:
+            a, _, c = before - first
+            first = first + [(a - c) / 2.0, 0.0, (c - a) / 2.0]
+        forms = (first, first * [1.0, -1.0, 1.0] + [np.pi, 0.0, np.pi])
+        near = [form - _turns(form - before) for form in forms]
+        before = near[int(np.argmin([np.sum((form - before) ** 2) for form in near]))]
+        result[frame] = before
+    return result
+
+
+def continuous_angles(angles: Array, start: Array) -> Array:
+    """Joint angles (T, 10) [rad], of all that are the same pose those nearest to the frame before.
+
+    Parameters
+    ----------
+    angles : array, shape (T, 10)
+    start : array, shape (10,)       the first frame is taken nearest to these angles
+    """
+    result = np.unwrap(np.concatenate([start[None], angles]), axis=0)[1:]
+    result[:, 6:9] = continuous_yzy(angles[:, 6:9], start[6:9])
+    return result
+
+
+def _turns(angles: Array) -> Array:
+    """Whole turns nearest to angles [rad]."""
+    return 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
 
 
 def unit_pose(pose: Array) -> Array:

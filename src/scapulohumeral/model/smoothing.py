@@ -15,7 +15,13 @@ import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.motion import Motion
-from scapulohumeral.model.rotations import Array, pose_to_trial, trial_to_pose
+from scapulohumeral.model.rotations import (
+    Array,
+    continuous_angles,
+    pose_to_trial,
+    trial_to_pose,
+    unit_pose,
+)
 
 # Each pass is of second order: both together fall off like one of fourth order.
 FILTER_ORDER = 2
@@ -93,10 +99,9 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
             f"cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
             f"for a recording at {rate_hz:.1f} Hz."
         )
-    pose = low_pass(trial_to_pose(motion.angles_rad), rate_hz, cutoff_hz, "odd")
-    for quaternion in (pose[:, 0:4], pose[:, 4:8], pose[:, 8:12]):
-        quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
-    return Motion(motion.time_s, pose_to_trial(pose))
+    pose = unit_pose(low_pass(trial_to_pose(motion.angles_rad), rate_hz, cutoff_hz, "odd"))
+    angles = continuous_angles(pose_to_trial(pose), motion.angles_rad[0])
+    return Motion(motion.time_s, angles)
 
 
 def _sampling_rate(time_s: Array) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.rotations import Array, pose_to_trial, unit_pose
+from scapulohumeral.model.rotations import Array, continuous_angles, pose_to_trial, unit_pose
 from scapulohumeral.ocp.solution import Solution
 
 # Below this share of an interval a number of intervals counts as whole.
@@ -46,12 +46,13 @@ def on_mesh(tracked: Solution, time_step_s: float) -> Solution:
 
     straights = ("activation", "excitation", "muscle_force_N", "fibre_length", "reaction_N")
     kinked: dict[str, Any] = {name: straight(getattr(tracked, name)) for name in straights}
+    reference = unit_pose(smooth(tracked.reference_pose))
     finer = replace(
         tracked,
         time_s=time,
         u=smooth(tracked.u),
-        reference_rad=smooth(np.unwrap(tracked.reference_rad, axis=0)),
-        reference_pose=unit_pose(smooth(tracked.reference_pose)),
+        reference_rad=continuous_angles(pose_to_trial(reference), tracked.reference_rad[0]),
+        reference_pose=reference,
         **kinked,
     )
     return with_pose(finer, unit_pose(smooth(tracked.q)))

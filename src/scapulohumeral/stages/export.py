@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.model.record import ModelRecord, read_record
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array, continuous_angles
 from scapulohumeral.ocp.solution import Solution, read_solution
 
 # Joint of each coordinate of the model; paths of states name it.
@@ -22,7 +22,6 @@ COORDINATE_JOINTS = {
     "GH_y": "gh1", "GH_z": "gh2", "GH_yy": "gh3",
     "EL_x": "hu", "PS_y": "ur",
 }  # fmt: skip
-HUMERUS = [ANGLE_NAMES.index(name) for name in ("GH_y", "GH_z", "GH_yy")]
 # Nine digits are more than the tolerance of a solve.
 NUMBER = "%.9g"
 
@@ -65,33 +64,6 @@ def opensim_coordinates(solution: Solution, record: ModelRecord) -> Array:
     values["PS_y"] = np.full(len(angles), record.pronation_rad)
     zero = np.zeros(len(angles))
     return np.column_stack([values.get(name, zero) for name in COORDINATE_JOINTS])
-
-
-def continuous_angles(angles: Array, start: Array) -> Array:
-    """Joint angles (N, 10) [rad], of all equivalent ones those nearest to the node before.
-
-    The humerus has two equivalent triples in the sequence Y-Z-Y, (a, b, c) and
-    (a + pi, -b, c + pi); a motion through b = 0 would jump between them otherwise.
-
-    Parameters
-    ----------
-    angles : array, shape (N, 10)
-    start : array, shape (10,)       the first node is taken nearest to these angles
-    """
-    result = angles.copy()
-    before = start
-    for node, row in enumerate(angles):
-        other = row.copy()
-        other[HUMERUS] = row[HUMERUS] * [1.0, -1.0, 1.0] + [np.pi, 0.0, np.pi]
-        near = [candidate - _turns(candidate - before) for candidate in (row, other)]
-        distance = [np.abs(candidate - before)[HUMERUS].sum() for candidate in near]
-        before = result[node] = near[int(np.argmin(distance))]
-    return result
-
-
-def _turns(angles: Array) -> Array:
-    """Whole turns nearest to angles [rad]."""
-    return 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
 
 
 def _write(

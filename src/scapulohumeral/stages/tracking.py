@@ -9,11 +9,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.motion import Motion, resampled
 from scapulohumeral.model.participant import Trial, participant_of
 from scapulohumeral.model.participant_file import common_load
 from scapulohumeral.ocp.solution import Solution
@@ -117,5 +116,4 @@ def resample(motion: Motion, step: float, source: Path) -> tuple[np.ndarray, np.
             f"{step} s; expected 10 or more. Choose a smaller solve.time_step_s"
         )
     time_s = motion.time_s[0] + step * np.arange(intervals + 1)
-    angles = CubicSpline(motion.time_s, np.unwrap(motion.angles_rad, axis=0))(time_s)
-    return time_s, angles
+    return time_s, resampled(motion, time_s)

@@ -13,7 +13,7 @@ import yaml
 from gap_files import elevation, finished_diagnosis, write_csv, write_participant
 from places import REPOSITORY
 
-from scapulohumeral.errors import DataError, SolveError
+from scapulohumeral.errors import DataError, SolveError, StoppedError
 from scapulohumeral.gap import cli, pipeline, run
 from scapulohumeral.gap.detection.null_bank import bank_file
 from scapulohumeral.gap.nominal import participant_model
@@ -141,6 +141,13 @@ def test_a_failed_solve_is_an_answer_without_verdict(case_folder, seen, monkeypa
     assert document["status_reason"] == "SolveError: lift: not solved"
     assert document["candidates"] == []
     assert document["hashes"]["model"] == "m"
+
+
+def test_a_diagnosis_that_was_asked_to_end_has_no_answer(case_folder, seen, monkeypatch, capsys):
+    monkeypatch.setattr(pipeline, "diagnose", raising(StoppedError("stopped after 3 iterations")))
+    assert diagnose(case_folder, ["lift_r1.csv"], ["lift_r3.csv"]) == 143
+    assert "Stopped: stopped after 3 iterations" in capsys.readouterr().err
+    assert not (case_folder / "out" / "result.json").exists()
 
 
 def test_data_that_the_inference_cannot_use_are_refused(case_folder, seen, monkeypatch):

@@ -62,6 +62,25 @@ def test_make_continuous_removes_sign_flips_only():
     np.testing.assert_allclose(rot.make_continuous(flipped), smooth)
 
 
+def test_motion_through_the_singularity_does_not_jump():
+    """The branch with a positive second angle folds a motion through zero; it is unfolded."""
+    angles = np.zeros((41, 10))
+    angles[:, 6:9] = np.column_stack(
+        [np.full(41, 0.2), np.linspace(-0.5, 0.5, 41), np.full(41, -0.1)]
+    )
+    angles[:, 0] = np.linspace(3.0, 3.4, 41)
+    folded = angles.copy()
+    half = angles[:, 7] < 0.0
+    folded[half, 6:9] = angles[half, 6:9] * [1, -1, 1] + [np.pi, 0, -np.pi]
+    folded[angles[:, 0] > np.pi, 0] -= 2.0 * np.pi
+    np.testing.assert_allclose(rot.continuous_angles(folded, angles[0]), angles, atol=1e-12)
+    # From the other form of the first frame on, the other form throughout.
+    other = angles[0] + [0, 0, 0, 0, 0, 0, np.pi, -2.0 * angles[0, 7], -np.pi, 0]
+    found = rot.continuous_angles(folded, other)
+    np.testing.assert_allclose(found[:, 7], -angles[:, 7], atol=1e-12)
+    np.testing.assert_allclose(rot.trial_to_pose(found), rot.trial_to_pose(angles), atol=1e-12)
+
+
 def test_relative_angle_ignores_sign_and_keeps_small_angles():
     small = rot.rotation_vector_to_quaternion([1e-9, 0.0, 0.0])
     identity = np.array([1.0, 0.0, 0.0, 0.0])

@@ -17,7 +17,7 @@ from synthetic_study import PARTICIPANTS
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
-from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.errors import ConfigError, SolveError, StoppedError
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.ocp.solving.solver import Start
@@ -253,6 +253,18 @@ def test_calibration_to_a_motion_without_a_solution_is_written_as_failed(elevati
     assert (document["status"], document["scores"], document["groups"]) == ("failed", None, {})
     with pytest.raises(SolveError, match=r"scored.json: calibration failed"):
         recovery_table({"same": tmp_path / "scored.json"})
+
+
+def test_calibration_that_was_asked_to_end_writes_nothing(elevation, tmp_path, monkeypatch):
+    def stop(*_):
+        raise StoppedError("stopped by SIGTERM")
+
+    monkeypatch.setattr(calibration, "solve_posed", stop)
+    scalers = tmp_path / "scalers.json"
+    written = tmp_path / "paper.npz", tmp_path / "paper.summary.json"
+    with pytest.raises(StoppedError):
+        calibrate(elevation(), SETTINGS, written, scalers, tmp_path / "solver.log")
+    assert not scalers.exists()
 
 
 def test_calibration_that_did_not_converge_is_no_result(tmp_path):

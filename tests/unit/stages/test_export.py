@@ -11,8 +11,6 @@ from scapulohumeral.model.tables import read_tables
 from scapulohumeral.ocp.solution import Solution, write_solution
 from scapulohumeral.stages.export import (
     COORDINATE_JOINTS,
-    HUMERUS,
-    continuous_angles,
     export_opensim,
 )
 
@@ -76,18 +74,6 @@ def test_joints_of_the_coordinates_are_those_of_the_model(repository: Path) -> N
     coordinates = read_tables(repository / "config/model").coordinates
     assert {name: c.joint for name, c in coordinates.items()} == COORDINATE_JOINTS
     assert list(coordinates) == list(COORDINATE_JOINTS)
-
-
-def test_motion_through_the_singularity_does_not_jump() -> None:
-    """The branch with a positive second angle folds a motion through zero; it is unfolded."""
-    angles = np.zeros((41, 10))
-    angles[:, HUMERUS] = np.column_stack(
-        [np.full(41, 0.2), np.linspace(-0.5, 0.5, 41), np.full(41, -0.1)]
-    )
-    folded = angles.copy()
-    half = angles[:, HUMERUS[1]] < 0.0
-    folded[np.ix_(half, HUMERUS)] = angles[np.ix_(half, HUMERUS)] * [1, -1, 1] + [np.pi, 0, -np.pi]
-    np.testing.assert_allclose(continuous_angles(folded, angles[0]), angles, atol=1e-12)
 
 
 def test_failed_solve_says_so_in_both_files(tmp_path: Path) -> None:

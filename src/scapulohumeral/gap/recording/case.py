@@ -18,9 +18,8 @@ from typing import Literal
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.movement_window import resampled
 from scapulohumeral.laboratory.trial import Channel
-from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.motion import Motion, resampled
 from scapulohumeral.model.rotations import Array
 
 DEFAULT_SEED = 1

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.motion import Motion, resampled
 from scapulohumeral.model.rotations import (
     Array,
-    pose_to_trial,
     relative_angle,
     segment_orientations,
     trial_to_pose,
@@ -66,14 +64,3 @@ def smoothed(motion: Motion, cutoff_hz: float = CUTOFF_HZ) -> Motion:
         return motion
     on_grid = Motion(uniform, resampled(motion, uniform))
     return Motion(motion.time_s, resampled(smooth_recording(on_grid, cutoff_hz), motion.time_s))
-
-
-def resampled(motion: Motion, time_s: Array) -> Array:
-    """Joint angles (len(time_s), 10) [rad] at other times: cubic splines of the quaternions.
-
-    Euler angles jump at gimbal lock and at +-180 degrees, and may not be interpolated.
-    """
-    pose = CubicSpline(motion.time_s, trial_to_pose(motion.angles_rad))(time_s)
-    for quaternion in (pose[:, 0:4], pose[:, 4:8], pose[:, 8:12]):
-        quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
-    return pose_to_trial(pose)

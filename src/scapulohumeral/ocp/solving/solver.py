@@ -19,7 +19,7 @@ from typing import TextIO
 
 import numpy as np
 
-from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.errors import ConfigError, StoppedError
 from scapulohumeral.ocp.lagrangian import LUMPED
 from scapulohumeral.ocp.problem import HESSIANS, Problem
 from scapulohumeral.ocp.solving.checkpoint import Checkpoint, Iterate, Stop, stop_on_sigterm
@@ -220,12 +220,12 @@ class Recorder:
         return record
 
     def refuse_to_go_on_if_stopped(self) -> None:
-        """Raise a SolveError if the process was asked to end."""
+        """Raise a StoppedError if the process was asked to end."""
         if not self.stop.requested:
             return
         kept = self.checkpoint.folder if self.checkpoint else None
         where = f"last iterate in {kept}; run the same again to go on from it" if kept else "lost"
-        raise SolveError(
+        raise StoppedError(
             f"stopped by SIGTERM after {self.iterations} iterations and {self.seconds:.0f} s: "
             f"{where}"
         )

@@ -14,7 +14,7 @@ from small_arm import (
 )
 from small_problem import cold_guess
 
-from scapulohumeral.errors import SolveError
+from scapulohumeral.errors import StoppedError
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solving import checkpoint
 from scapulohumeral.ocp.solving.checkpoint import ITERATE, Checkpoint, Iterate, content_hash
@@ -123,7 +123,7 @@ def test_problems_that_differ_in_one_number_have_other_hashes():
 def test_sigterm_ends_with_a_sentence_and_the_solve_goes_on(solve, capsys):
     whole = solve()
     before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(SolveError, match="stopped by SIGTERM after .* run the same again"):
+    with pytest.raises(StoppedError, match="stopped by SIGTERM after .* run the same again"):
         solve(terminate)
     assert signal.getsignal(signal.SIGTERM) is before
     capsys.readouterr()

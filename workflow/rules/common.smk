@@ -31,10 +31,12 @@ for each in workflow.configfiles:
 
 PARTICIPANTS = Path(config["participants_folder"])
 PARTICIPANT_FILE = str(PARTICIPANTS / "{participant}" / "participant.yaml")
-# Texts about the tables are no part of a model.
+# Texts about the tables are no part of a model, nor are other folders in it.
+MODEL_FOLDER = Path("config/model")
 MODEL_TABLES = [
     str(path)
-    for path in provenance.files_below(Path("config/model"))
+    for folder in (MODEL_FOLDER, MODEL_FOLDER / "published_paths")
+    for path in sorted(folder.iterdir())
     if path.suffix in (".csv", ".yaml")
 ]
 SCRIPTS = Path("workflow/scripts").resolve()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,10 +56,7 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
         )
     missing = [name for name in columns if name not in header]
     if missing:
-        raise DataError(
-            f"{path}, row 1: missing column {', '.join(missing)}; found {', '.join(header)}. "
-            "Rename or add the column: names carry their unit."
-        )
+        raise _without(path, missing, header)
     for number, cells in enumerate(lines[1:], start=2):
         if len(cells) != len(header):
             raise DataError(
@@ -67,6 +64,13 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
                 "header. Remove empty lines and stray commas."
             )
     return [dict(zip(header, cells, strict=True)) for cells in lines[1:]]
+
+
+def _without(path: Path, missing: Sequence[str], found: Iterable[str]) -> DataError:
+    return DataError(
+        f"{path}, row 1: missing column {', '.join(missing)}; found {', '.join(found)}. "
+        "Rename or add the column: names carry their unit."
+    )
 
 
 def _check_header(path: Path, header: list[str], second: list[str]) -> None:
@@ -117,8 +121,11 @@ def number(path: Path, row_number: int, row: Row, column: str) -> float:
 
     Raises
     ------
-    DataError                        if the cell holds text, nothing, NaN or infinity
+    DataError                        if the cell holds text, nothing, NaN or infinity, or the table
+                                     has no such column
     """
+    if column not in row:
+        raise _without(path, [column], row)
     text = row[column]
     try:
         value = float(text)

@@ -7,6 +7,7 @@ column and its source.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,6 +27,15 @@ WRAP_DIMENSIONS = {
     "sphere": ("radius_m",),
     "cylinder": ("radius_m", "length_m"),
 }
+# A path that may wrap as a whole.
+NO_LIMIT = -1
+POSITIVE_COLUMNS = (
+    "max_isometric_force_N",
+    "optimal_fibre_length_m",
+    "tendon_slack_length_m",
+    "activation_time_s",
+    "deactivation_time_s",
+)
 INERTIA_COLUMNS = tuple(f"inertia_{axes}_kgm2" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
 
 
@@ -231,6 +241,7 @@ def read_tables(directory: Path) -> ModelTables:
         excluded_muscles=excluded,
     )
     _check_references(tables, directory)
+    _check_wraps(tables, directory)
     _check_values(tables, directory)
     return tables
 
@@ -408,6 +419,13 @@ def _check_references(tables: ModelTables, directory: Path) -> None:
     _require(tables.excluded_muscles, tables.muscles, place, "muscles.csv")
     place = f"{directory}/published_fibres.csv, column muscle"
     _require(tables.published_fibres, tables.muscles, place, "muscles.csv")
+    constants = f"{directory}/constants.yaml"
+    suspending = tables.constants.fibre_adjustment.suspending_muscles
+    place = f"{constants}, fibre_adjustment.suspending_muscles"
+    _require(suspending, {muscle.group for muscle in muscles}, place, "muscles.csv, column group")
+    touching = tables.constants.scapulothoracic_contact.points
+    place = f"{constants}, scapulothoracic_contact.points"
+    _require(touching, tables.markers, place, "markers.csv")
     paths, place = tables.published_paths, f"{directory}/published_paths"
     for file, edited in ((PATH_POINTS, paths.points), (PATH_WRAPS, paths.wraps)):
         _require(edited, tables.muscles, f"{place}/{file}, column muscle", "muscles.csv")
@@ -423,6 +441,32 @@ def _check_references(tables: ModelTables, directory: Path) -> None:
             )
 
 
+def _check_wraps(tables: ModelTables, directory: Path) -> None:
+    """Ranges of path points exist, and ellipsoids of the thorax stand as clearances assume."""
+    with_published = tables.with_published_paths()
+    for name, muscle in (*tables.muscles.items(), *with_published.muscles.items()):
+        for wrap in muscle.wraps:
+            for column in ("first_point", "last_point"):
+                point, count = getattr(wrap, column), len(muscle.points)
+                if point != NO_LIMIT and not 1 <= point <= count:
+                    raise ModelError(
+                        f"{directory}, {PATH_WRAPS}, muscle {name}, column {column}: {point}; its "
+                        f"path has {count} points. Expected 1 to {count}, or {NO_LIMIT} for no "
+                        "limit."
+                    )
+    for surface in with_published.wrap_objects.values():
+        if (
+            surface.kind == "ellipsoid"
+            and surface.segment == "thorax"
+            and any(surface.rotation_rad)
+        ):
+            raise ModelError(
+                f"{directory}, {WRAP_OBJECTS}, wrap_object {surface.name}: turned by "
+                f"{surface.rotation_rad} rad; how far muscles stay outside ellipsoids of the "
+                "thorax is computed for upright ones. Expected rotation 0 0 0."
+            )
+
+
 def _check_values(tables: ModelTables, directory: Path) -> None:
     for segment in tables.segments.values():
         if segment.mass_kg < 0.0:
@@ -434,9 +478,14 @@ def _check_values(tables: ModelTables, directory: Path) -> None:
         place = f"{directory}/muscles.csv, muscle {muscle.name}"
         if len(muscle.points) < 2:
             raise ModelError(f"{place}: {len(muscle.points)} rows in path_points.csv; need 2.")
-        for column in ("max_isometric_force_N", "optimal_fibre_length_m", "tendon_slack_length_m"):
+        for column in POSITIVE_COLUMNS:
             if getattr(muscle, column) <= 0.0:
                 raise ModelError(f"{place}, column {column}: {getattr(muscle, column)} is not > 0.")
+        if not 0.0 <= muscle.pennation_rad < 0.5 * math.pi:
+            raise ModelError(
+                f"{place}, column pennation_rad: {muscle.pennation_rad}; expected 0 to pi / 2. "
+                "Write radians."
+            )
     for coordinate in tables.coordinates.values():
         if not coordinate.min_rad < coordinate.max_rad:
             raise ModelError(

@@ -22,5 +22,5 @@ save_geometry(fit.geometry, Path(snakemake.output.geometry))
 
 participant = Path(snakemake.input.participant)
 dynamics = compiled.load(Path(snakemake.input.equations))
-quality = assess_muscle_geometry(fit, samples, model, participant, dynamics, settings)
+quality = assess_muscle_geometry(fit, samples, model, participant, dynamics)
 quality.to_csv(snakemake.output.quality, index=False, float_format="%.6g")

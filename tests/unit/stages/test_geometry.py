@@ -116,7 +116,7 @@ STRAIGHT_MUSCLE = replace(
 
 
 def test_assessment_of_an_exact_path(equations, tmp_path):
-    """Samples of a straight path from plain geometry; one held-out length is 1 mm off."""
+    """Samples of a straight path from plain geometry; one held-out length is 20 mm off."""
     record = replace(RECORD, muscles=(STRAIGHT_MUSCLE,))
     origin, tip = (np.array(point.location_m) for point in STRAIGHT_MUSCLE.points)
     gh = quaternion_to_matrix(trial_to_pose(ANGLES)[:, 8:12])
@@ -126,7 +126,8 @@ def test_assessment_of_an_exact_path(equations, tmp_path):
     pull = np.einsum("pij,pi->pj", gh, line / distance[:, None])
     gradient[:, 0, 6:9] = np.cross(tip, pull)
     sampled_length = distance[:, None].copy()
-    sampled_length[-1] += 1e-3
+    # Further than any pose that a fit leaves out: what is held out is judged even so.
+    sampled_length[-1] += 0.02
     np.savez(
         tmp_path / "samples.npz",
         angles=ANGLES,
@@ -142,13 +143,14 @@ def test_assessment_of_an_exact_path(equations, tmp_path):
 
     def assessed(**entry):
         participant = write_participant(tmp_path, ANGLES, **entry)
-        table = geometry.assess_muscle_geometry(fit, *files, participant, equations, FitSettings())
+        table = geometry.assess_muscle_geometry(fit, *files, participant, equations)
         return table.iloc[0]
 
     quality = assessed()
     assert (quality.muscle, quality.path, quality.joints) == ("example", "straight", "GH")
-    assert quality.length_max_mm == pytest.approx(1.0)
-    assert quality.length_rmse_mm == pytest.approx(0.5)  # one of four
+    assert quality.length_max_mm == pytest.approx(20.0)
+    assert quality.length_rmse_mm == pytest.approx(10.0)  # one of four
+    assert quality.left_out_held_out == 0
     assert quality.arm_rmse_worst_mm == pytest.approx(0.0, abs=1e-9)
     assert quality.direction_rmse == pytest.approx(0.0, abs=1e-12)
     assert quality.fibre_max == pytest.approx((distance.max() - 0.02) / 0.04)

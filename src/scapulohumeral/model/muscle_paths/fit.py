@@ -288,7 +288,7 @@ class _Group:
         return gram, right, error
 
 
-def on_one_branch(length: Array, predicted: Array, settings: FitSettings) -> np.ndarray:
+def _on_one_branch(length: Array, predicted: Array, settings: FitSettings) -> np.ndarray:
     """Which lengths (P, G) lie on the smooth branch of their path that is predicted, (P, G) bool.
 
     OpenSim's wrapping sometimes jumps to another branch: a point inside an ellipsoid, a path on
@@ -313,7 +313,7 @@ def _fit_lengths(group: _Group, settings: FitSettings) -> tuple[Selection, np.nd
                 "expected less than half. Choose a smaller margin or a larger clearance."
             )
         selection = select_terms(*group.normal_equations(keep, settings), settings)
-        one_branch = on_one_branch(group.length, group.predicted(selection), settings)
+        one_branch = _on_one_branch(group.length, group.predicted(selection), settings)
         better = np.all(group.smooth & one_branch, axis=1)
         if np.array_equal(better, keep):
             break

@@ -22,12 +22,16 @@ from scapulohumeral.model.participant_file import (
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
-from scapulohumeral.provenance import MODEL_TABLES
+from scapulohumeral.provenance import CONFIG_FOLDER, MODEL_TABLES
 
 # Where a prediction may start that is no other prediction.
 STARTS = ("tracking", "direct")
 # Recordings of EMG that belong to no single trial.
 WHOLE_RECORDINGS = ("mvc", "composite")
+# What follows the name of a condition in files beside its solution.
+TABLES_BESIDE = ("_opensim", "_audited", "_geometry")
+# Arms that simulate EMG, a file per participant.
+PLANTS = CONFIG_FOLDER / "plant"
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,7 @@ class Study:
         ----------
         simulated : folder of simulated EMG of all participants
         """
-        emg = self._measured_emg(participant)
+        emg = self.measured_emg(participant)
         own = self.folder / participant
         if trial in emg["trials"]:
             return {"raw": own / emg["trials"][trial], "mvc": own / emg["mvc"]}
@@ -112,15 +116,16 @@ class Study:
         listed = self._file(participant).get("published_predictions", {})
         if "healthy" not in listed:
             raise ConfigError(
-                f"Variant on the published arm: {self.folder / participant / 'participant.yaml'} "
-                "lists no published_predictions.healthy. Leave the participant out of "
-                "'variants.predict'"
+                f"{self.folder / participant / 'participant.yaml'} lists no "
+                "published_predictions.healthy, whose arm is followed by variants and by "
+                "'model.paths: published'. Leave the participant out of 'variants.predict', or "
+                "write 'paths: das3'"
             )
         return self.folder / participant / str(listed["healthy"])
 
     def simulates_emg(self, participant: str) -> bool:
         """Whether the EMG of any configured elevation of a participant is simulated."""
-        measured = self._measured_emg(participant)["trials"]
+        measured = self.measured_emg(participant)["trials"]
         return any(plane not in measured for plane in self.planes)
 
     def tasks(self, participant: str) -> list[str]:
@@ -195,7 +200,7 @@ class Study:
             return self.files[participant]
         return read_participant_file(self.folder, participant)
 
-    def _measured_emg(self, participant: str) -> dict[str, Any]:
+    def measured_emg(self, participant: str) -> dict[str, Any]:
         """What a participant's file says of measured EMG; no trials if there is none."""
         return self._file(participant).get("emg", {"trials": {}})
 
@@ -225,6 +230,8 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     asked = [name for people in variants for name, conditions in people.items() if conditions]
     _check_names("variants.predict", asked, folder)
     _check_recordings(study)
+    _check_emg(study)
+    _check_paths(study)
     _check_conditions(study)
     _check_loads(study)
     _check_variants(study)
@@ -266,6 +273,32 @@ def _check_recordings(study: Study) -> None:
                 _check_task(study, section, task)
 
 
+def _check_emg(study: Study) -> None:
+    """Refuse participants to calibrate whose EMG is neither measured nor can be simulated."""
+    for name, trial in study.with_emg():
+        if trial.startswith(tuple(f"{taken}_" for taken in (*WHOLE_RECORDINGS, *study.planes))):
+            raise ConfigError(
+                f"Task '{trial}' of participant '{name}': EMG of a name that begins with that of a "
+                "plane, mvc or composite and an underscore is another file. Rename the trial."
+            )
+        plant = PLANTS / f"{name}.yaml"
+        if trial not in study.measured_emg(name)["trials"] and not plant.is_file():
+            raise ConfigError(
+                f"Participant '{name}' is calibrated, because 'validation.tasks' or a condition "
+                f"asks for it, and there is no EMG of '{trial}'. Add its recording to emg.trials "
+                f"of {study.folder / name / 'participant.yaml'}, or a simulated arm in {plant}; "
+                "without either leave validation.tasks empty, and name the participant in "
+                "prediction.generic_muscles."
+            )
+
+
+def _check_paths(study: Study) -> None:
+    """Refuse paths that are fitted on the published arm for participants who have none."""
+    if read_choices(study.config["model"]).paths == "published":
+        for name in study.participants:
+            study.published_composite(name)
+
+
 def _check_loads(study: Study) -> None:
     """Refuse different loads in planes that a calibration or a prediction follows in one motion."""
     for name in study.participants:
@@ -302,6 +335,11 @@ def _check_conditions(study: Study) -> None:
                 )
     _check_muscles(conditions)
     for name in conditions:
+        if name.endswith(TABLES_BESIDE):
+            raise ConfigError(
+                f"Config key 'prediction.conditions.{name}': names that end with "
+                f"{', '.join(TABLES_BESIDE)} are those of tables beside a solution. Rename it."
+            )
         passed = [name]
         while (start := conditions[passed[-1]]["start"]) not in STARTS:
             if start not in conditions or start in passed:

@@ -10,14 +10,14 @@ from scapulohumeral import provenance
 from scapulohumeral.configuration.check import REMEDY, read_recovery, read_sensitivity
 from scapulohumeral.documents import read_yaml
 from scapulohumeral.problems import sensitivity, variants
-from scapulohumeral.study import WHOLE_RECORDINGS, planned
+from scapulohumeral.study import TABLES_BESIDE, WHOLE_RECORDINGS, planned
 
 
 wildcard_constraints:
     participant="[a-z0-9]+",
     trial="[a-z0-9_]+",
     # Tables of the audit stand beside the solutions.
-    condition="[a-z0-9_]+(?<!_opensim)(?<!_audited)(?<!_geometry)",
+    condition="[a-z0-9_]+" + "".join(f"(?<!{end})" for end in TABLES_BESIDE),
     muscles="generic|calibrated",
     variant="[a-z][a-z0-9_]*",
     case="[a-z][a-z0-9_]*",

@@ -41,6 +41,7 @@ rule sample_muscle_geometry:
         recordings=recordings,
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
+        published=lambda wildcards: published_motions(wildcards.participant),
         code=code_of(
             "scapulohumeral.model.muscle_paths.authors_fit",
             "scapulohumeral.model.muscle_paths.opensim_sampling",

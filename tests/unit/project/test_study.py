@@ -85,6 +85,48 @@ def test_different_loads_in_one_motion_are_refused_before_anything_runs(
     assert study(tracked_only, folder).calibrated() == []
 
 
+def test_calibration_without_any_emg_is_refused(tmp_path: Path) -> None:
+    """par3 by another name has no arm that simulates EMG."""
+    folder = tmp_path / "participants"
+    shutil.copytree(PARTICIPANTS / "par3", folder / "ann")
+    file = folder / "ann" / "participant.yaml"
+    file.write_text(file.read_text(encoding="utf-8").replace("id: par3", "id: ann"), "utf-8")
+
+    def ann(config: dict) -> None:
+        config.update(participants=["ann"], diagnose=[])
+        config["validation"].update(tasks=[])
+        config["prediction"].update(predict_also={}, generic_muscles=[], scaler_spread=[])
+        config["prediction"].update(tasks=[])
+        config["variants"].update(predict={})
+
+    with pytest.raises(ConfigError, match=r"'ann' is calibrated, .* no EMG of 'sagittal'"):
+        study(ann, folder)
+
+    def generic(config: dict) -> None:
+        ann(config)
+        config["prediction"].update(generic_muscles=["ann"])
+
+    assert study(generic, folder).calibrated() == []
+
+
+def test_names_that_the_files_of_others_have_are_refused(people: Callable[[Edit], Path]) -> None:
+    folder = people(lambda d: d["trials"].update(frontal_fast=dict(d["trials"]["frontal"])))
+    with pytest.raises(ConfigError, match="Task 'frontal_fast' of participant 'par3'"):
+        study(lambda config: config["validation"].update(tasks=["frontal_fast"]), folder)
+
+    def audited(config: dict) -> None:
+        conditions = config["prediction"]["conditions"]
+        conditions["cuff_audited"] = dict(conditions["healthy"])
+
+    with pytest.raises(ConfigError, match=r"conditions\.cuff_audited': names that end with"):
+        study(audited)
+
+
+def test_published_paths_need_a_published_arm() -> None:
+    with pytest.raises(ConfigError, match=r"par3.*lists no published_predictions\.healthy"):
+        study(lambda config: config["model"].update(paths="published"))
+
+
 def test_predictions_are_those_of_all_and_those_of_one() -> None:
     one = study()
     assert one.predicted() == [("par2", "healthy"), ("par3", "healthy"), ("par3", "cuff_w2")]

@@ -38,8 +38,9 @@ class ModelChoices:
         "suspended" does so, but lets recorded elevations stretch the muscles that carry the girdle
         further, all alike, so that it hangs where it was recorded; "published" are those that the
         authors set by hand
-    girdle_stops : where SC and AC have their stops: "hanging" holds the clavicle where it is while
-        the arm hangs, "wide" stops lie beyond every recorded angle
+    girdle_stops : where SC and AC have their stops: "hanging" lets the clavicle fall to the end of
+        DAS3's range, or to where it is while the arm hangs if that is lower, "wide" stops lie
+        beyond every recorded angle
     glenohumeral : what resists a turn of the humerus in the glenoid where the girdle moves freely:
         a weak linear "spring" toward the middle of its range, or a "capsule" that is slack while
         the arm hangs and ends passive elevation

@@ -258,6 +258,14 @@ def _turns(angles: Array) -> Array:
     return 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
 
 
+def positive_pose(pose: Array) -> Array:
+    """Poses (..., 13) whose quaternions have scalar parts >= 0."""
+    positive = pose.copy()
+    for first in range(0, 12, 4):
+        positive[..., first : first + 4] *= np.where(pose[..., first, None] < 0.0, -1.0, 1.0)
+    return positive
+
+
 def unit_pose(pose: Array) -> Array:
     """Poses (N, 13) whose quaternions have unit norm, as interpolated ones have not."""
     unit = pose.copy()

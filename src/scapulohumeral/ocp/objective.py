@@ -159,7 +159,8 @@ class Objective:
     def on_nodes(self, nodes: int) -> Objective:
         """The same objective on a mesh of the same duration with another number of nodes."""
         here, there = np.linspace(0, 1, len(self.reference)), np.linspace(0, 1, nodes)
-        # Angles among the references may jump by a whole turn; nothing else in them jumps.
+        # Angles among the references may jump by a whole turn. Those of the humerus may take their
+        # other form too, near which a coarse mesh follows another arm: it is a start only.
         reference = CubicSpline(here, np.unwrap(self.reference, axis=0))(there)
         return replace(
             self,

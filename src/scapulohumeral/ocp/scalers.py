@@ -24,7 +24,7 @@ class Scalers:
     Attributes
     ----------
     names : (G,) groups; members : (G, M) bool, their elements, each in one group at most
-    force_bounds, fibre_bounds : bounds of s_F and s_l [1] (paper)
+    force_bounds, fibre_bounds : bounds of s_F and s_l [1] (own: the paper has none)
     """
 
     names: tuple[str, ...]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.rotations import make_continuous, pose_to_trial
+from scapulohumeral.model.rotations import make_continuous, pose_to_trial, unit_pose
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory
 from scapulohumeral.ocp.solution import Solution
@@ -135,11 +135,8 @@ def _pause(before: Trajectory, after: Trajectory, intervals: int) -> Trajectory:
             end = _continuous(np.stack([start, end]))[1]
         return start + course * (end - start)
 
-    q = between("q")
-    for first in (0, 4, 8):
-        q[:, first : first + 4] /= np.linalg.norm(q[:, first : first + 4], axis=1, keepdims=True)
     return Trajectory(
-        q=q,
+        q=unit_pose(between("q")),
         u=np.zeros((len(tau), before.u.shape[1])),
         a=between("a"),
         e=between("e"),

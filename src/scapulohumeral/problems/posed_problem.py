@@ -271,6 +271,7 @@ def _checkpoint(
         return None
     forces = posed.model.forces
     problem = content_hash(
+        provenance.code_hash("scapulohumeral.problems.posed_problem"),
         forces.dynamics.header["expression_hash"],
         forces.geometry,
         posed.muscles,

@@ -258,7 +258,11 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
     return _Study(
         model=model,
         channels=channels,
-        scalers=muscle_groups(model.record, channels, settings.force_bounds, settings.fibre_bounds),
+        scalers=replace(
+            muscle_groups(model.record, channels),
+            force_bounds=settings.force_bounds,
+            fibre_bounds=settings.fibre_bounds,
+        ),
         composite=composite,
         envelopes=table,
         simulated=simulated,

@@ -31,6 +31,7 @@ from scapulohumeral.model.rotations import (
     JOINT_SEQUENCES,
     Array,
     euler_rate_jacobian,
+    positive_pose,
     trial_to_pose,
 )
 
@@ -103,10 +104,7 @@ def coordinates(angles: Array, formulation: str) -> Array:
     """Generalised coordinates (P, Nq) of joint angles (P, 10) [rad]; quaternions have q0 >= 0."""
     if formulation == "euler":
         return angles
-    pose = trial_to_pose(angles)
-    for start in (0, 4, 8):
-        pose[:, start : start + 4] *= np.where(pose[:, start, None] < 0.0, -1.0, 1.0)
-    return pose
+    return positive_pose(trial_to_pose(angles))
 
 
 def quaternion_rate_map(q: Array) -> Array:

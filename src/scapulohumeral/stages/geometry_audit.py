@@ -16,7 +16,7 @@ import pandas as pd
 
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.rotations import Array, positive_pose
 from scapulohumeral.ocp.solution import read_solution
 
 MM = 1e3
@@ -30,10 +30,7 @@ def audited_poses(solution: Path, step: int) -> Array:
     solved = read_solution(solution, allow_failed=True)
     if not solved.optimal:
         return np.zeros((0, 13))
-    pose = solved.pose[::step].copy()
-    for first in (0, 4, 8):
-        pose[:, first : first + 4] *= np.where(pose[:, first, None] < 0.0, -1.0, 1.0)
-    return pose
+    return positive_pose(solved.pose[::step])
 
 
 def audit_geometry(forces: MuscleForces, samples: Path) -> pd.DataFrame:

@@ -396,7 +396,7 @@ def _ways(scene: _Scene, files: PredictionFiles) -> Iterator[_Way]:
         own = variant == settings.variant
         name = before["name"] if own else f"{variant}/{before['name']}"
         yield _Way(name, neighbour.start, steps)
-        # Multipliers of a far neighbour lead astray: its motion alone, on a coarse mesh first.
+        # A far neighbour leads astray: its motion alone, with more of Gauss-Newton first.
         yield _Way(f"motion of {name}", Start(neighbour.free), steps)
     tracked = scene.composite.trajectory
     if condition.start == "direct":
@@ -421,7 +421,8 @@ def _write(
         result,
         scene.settings.solve,
         participant=files.model.participant.parent.name,
-        trial="composite",
+        # A daily task is followed alone.
+        trial="composite" if len(scene.composite.nodes) > 1 else next(iter(scene.composite.nodes)),
         condition=asdict(scene.condition),
         variant=scene.settings.variant,
         choices=asdict(scene.settings.choices),

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from scapulohumeral.errors import DataError, ModelError
 from scapulohumeral.model.motion import Motion, read_motion
-from scapulohumeral.model.muscle_paths.thorax_clearance import segment_frames
+from scapulohumeral.model.muscle_paths.thorax_clearance import level_set, segment_frames
 from scapulohumeral.model.participant import participant_of
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.model.rotations import Array, trial_to_pose
@@ -114,11 +114,6 @@ def contact_points(record: ModelRecord, poses: Array) -> Array:
     names = record.constants.scapulothoracic_contact.points
     local = np.array([record.markers[name].location_m for name in names])
     return origin[:, None] + np.einsum("fij,cj->fci", matrix, local)
-
-
-def level_set(points: Array, centre: Array, radii: Array) -> Array:
-    """sum(((x - c) / a)^2) - 1 for points (..., 3) [m]: negative inside, shape (...)."""
-    return np.sum(((points - centre) / radii) ** 2, axis=-1) - 1.0
 
 
 def fit_ellipsoid(

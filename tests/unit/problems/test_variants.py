@@ -18,7 +18,7 @@ from scapulohumeral.model.authors_thorax import (
     THORAX_RADII_M,
 )
 from scapulohumeral.model.motion import read_motion
-from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
+from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames, level_set
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.model.tables import read_tables
@@ -33,7 +33,6 @@ from scapulohumeral.problems.variants import (
     named_variants,
     predicted,
 )
-from scapulohumeral.stages.thorax import level_set
 
 pytestmark = pytest.mark.unit
 

@@ -14,18 +14,14 @@ from small_arm import small_motion
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.muscle_paths.thorax_clearance import level_set
 from scapulohumeral.model.record import PointRecord
 from scapulohumeral.model.rotations import (
     quaternion_multiply,
     rotation_vector_to_quaternion,
     trial_to_pose,
 )
-from scapulohumeral.stages.thorax import (
-    contact_points,
-    fit_ellipsoid,
-    level_set,
-    prior_ellipsoid,
-)
+from scapulohumeral.stages.thorax import contact_points, fit_ellipsoid, prior_ellipsoid
 from simulated_persons import generate
 from simulated_persons.drawing import attempts, study, trials
 from simulated_persons.drawing.attempts import Drawn, GivenUp, drawn_cases

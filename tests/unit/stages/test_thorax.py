@@ -9,6 +9,7 @@ from one_recording import write_participant
 from skeleton import CONSTANTS, joint, skeleton_record, surface
 
 from scapulohumeral.errors import ModelError
+from scapulohumeral.model.muscle_paths.thorax_clearance import level_set
 from scapulohumeral.model.record import PointRecord, write_record
 from scapulohumeral.stages import thorax
 
@@ -32,8 +33,8 @@ def surface_points(centre, radii, count=400):
 
 def test_level_set_is_zero_on_the_surface_and_minus_one_at_the_centre():
     points = surface_points(CENTRE, RADII)
-    np.testing.assert_allclose(thorax.level_set(points, CENTRE, RADII), 0.0, atol=1e-14)
-    assert thorax.level_set(CENTRE, CENTRE, RADII) == -1.0
+    np.testing.assert_allclose(level_set(points, CENTRE, RADII), 0.0, atol=1e-14)
+    assert level_set(CENTRE, CENTRE, RADII) == -1.0
 
 
 def test_prior_that_fits_is_kept():
@@ -45,9 +46,9 @@ def test_prior_that_fits_is_kept():
 def test_fit_moves_to_the_points():
     points = surface_points(CENTRE + 0.01, RADII * 1.1)
     centre, radii = thorax.fit_ellipsoid(points, CENTRE, RADII, 1.0)
-    level = thorax.level_set(points, centre, radii)
+    level = level_set(points, centre, radii)
     assert np.sqrt(np.mean(level**2)) < 0.02
-    assert np.sqrt(np.mean(thorax.level_set(points, CENTRE, RADII) ** 2)) > 0.2
+    assert np.sqrt(np.mean(level_set(points, CENTRE, RADII) ** 2)) > 0.2
 
 
 def test_surface_goes_through_scattered_points_or_under_them():
@@ -56,7 +57,7 @@ def test_surface_goes_through_scattered_points_or_under_them():
     points += 0.01 * np.random.default_rng(2).normal(size=points.shape)
     mean, inside = [], []
     for factor in (1.0, 4.0):
-        level = thorax.level_set(points, *thorax.fit_ellipsoid(points, CENTRE, RADII, factor))
+        level = level_set(points, *thorax.fit_ellipsoid(points, CENTRE, RADII, factor))
         mean.append(level.mean())
         inside.append(np.mean(level < 0.0))
     assert abs(mean[0]) < 0.02

@@ -33,12 +33,13 @@ from scapulohumeral.model.muscle_paths.geometry import (
     crossed_joints,
     is_straight,
 )
-from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames
+from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames, level_set
 from scapulohumeral.model.record import ModelRecord, MuscleRecord
 from scapulohumeral.model.rotations import (
     Array,
     euler_to_quaternion,
     pose_to_trial,
+    positive_pose,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_euler,
@@ -112,7 +113,7 @@ def _under_arms(angles: Array, humerus: Array) -> Array:
     poses = trial_to_pose(angles)
     scapula = segment_orientations(poses)["scapula"]
     poses[:, 8:12] = quaternion_multiply(quaternion_conjugate(scapula), humerus)
-    return _positive(poses)
+    return positive_pose(poses)
 
 
 def _with_clavicle(poses: Array, rotation_deg: float) -> Array:
@@ -123,13 +124,7 @@ def _with_clavicle(poses: Array, rotation_deg: float) -> Array:
     rotated = poses.copy()
     rotated[:, :4] = euler_to_quaternion(angles, "YZX")
     rotated[:, 4:8] = quaternion_multiply(quaternion_conjugate(rotated[:, :4]), scapula)
-    return _positive(rotated)
-
-
-def _positive(poses: Array) -> Array:
-    for joint in (slice(0, 4), slice(4, 8), slice(8, 12)):
-        poses[:, joint] *= np.where(poses[:, joint][:, :1] < 0.0, -1.0, 1.0)
-    return poses
+    return positive_pose(rotated)
 
 
 def _is_near_thorax(record: ModelRecord, poses: Array) -> np.ndarray:
@@ -169,7 +164,7 @@ def _levels(
     """
     joints = {name: record.joints[name].location_m for name in ("sc1", "ac1", "gh1")}
     origin, axes = chain_frames(joints, poses)[body]
-    return np.sum(((origin + axes @ np.array(point) - centre) / radii) ** 2, axis=1) - 1.0
+    return level_set(origin + axes @ np.array(point), centre, radii)
 
 
 def fit_paths(record: ModelRecord, samples: FitSamples) -> MuscleFit:

@@ -3,7 +3,7 @@
 Features are monomials of the ten polynomial variables (quaternion vector parts and elbow angle, or
 Euler angles and elbow angle), followed by the 36 entries of four rotation matrices. Straight paths
 are exact: their squared length is affine in the entries of rotation matrices. Wrapping paths are
-polynomials, some of them of the squared length too; ``muscle_fit`` finds them.
+polynomials, some of them of the squared length too; ``fit`` finds them.
 
 Letters: M muscles, V = 10 variables, Fm monomials, F = Fm + 36 features.
 """

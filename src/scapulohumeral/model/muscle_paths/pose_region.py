@@ -19,6 +19,7 @@ from scapulohumeral.model.rotations import (
     Array,
     girdle_turned,
     pose_to_trial,
+    positive_pose,
     quaternion_multiply,
     rotation_vector_to_quaternion,
     trial_to_pose,
@@ -219,10 +220,9 @@ def _turned(poses: Array, margin: float, rng: np.random.Generator) -> Array:
     count, poses = len(poses), poses.copy()
     for start in (0, 4, 8):
         turn = rotation_vector_to_quaternion(margin * _uniform_in_ball(count, rng))
-        turned = quaternion_multiply(poses[:, start : start + 4], turn)
-        poses[:, start : start + 4] = turned * np.where(turned[:, :1] < 0.0, -1.0, 1.0)
+        poses[:, start : start + 4] = quaternion_multiply(poses[:, start : start + 4], turn)
     poses[:, 12] += rng.uniform(-margin, margin, count)
-    return poses
+    return positive_pose(poses)
 
 
 def _uniform_in_ball(count: int, rng: np.random.Generator, axes: int = 3) -> Array:

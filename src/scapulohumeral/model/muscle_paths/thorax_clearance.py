@@ -32,6 +32,11 @@ UPWARD = (0.0, 1.0, 0.0)
 CHAIN = (("sc1", "clavicle_r", 0), ("ac1", "scapula_r", 4), ("gh1", "humerus_r", 8))
 
 
+def level_set(points: Array, centre: Array, radii: Array) -> Array:
+    """Level set (...) [1] of an ellipsoid at points (..., 3) [m]: negative inside."""
+    return np.sum(((points - centre) / radii) ** 2, axis=-1) - 1.0
+
+
 def segment_frames(record: ModelRecord, poses: Array) -> dict[str, Frame]:
     """Where thorax, clavicle, scapula and humerus are, in thorax axes; as `chain_frames`."""
     return chain_frames({joint: record.joints[joint].location_m for joint, *_ in CHAIN}, poses)
@@ -82,8 +87,7 @@ def attachment_levels(record: ModelRecord, poses: Array) -> dict[str, Array]:
 def _level(surface: WrapRecord, frame: Frame, location: Vector3) -> Array:
     origin, matrix = frame
     position = origin + matrix @ np.array(location)
-    offset = (position - surface.translation_m) / surface.dimensions_m
-    return np.sum(offset**2, axis=1) - 1.0
+    return level_set(position, np.array(surface.translation_m), np.array(surface.dimensions_m))
 
 
 def is_clear(record: ModelRecord, poses: Array, clearance: float = 0.0) -> np.ndarray:

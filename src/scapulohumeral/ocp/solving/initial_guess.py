@@ -12,7 +12,7 @@ from scapulohumeral.dynamics.hill import MuscleParameters, force_derivatives
 from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.errors import SolveError
-from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.model.rotations import trial_to_pose, unit_pose
 from scapulohumeral.ocp.objective import Trajectory
 
 EFFORT_WEIGHT = 0.5
@@ -158,11 +158,7 @@ def relieve_contact(forces: MuscleForces, parameters: np.ndarray, q: np.ndarray)
         value = np.where(better[:, None], trial_value, value)
         slope = np.where(better[:, None, None], trial_slope, slope)
         damping = np.clip(np.where(better, 0.3, 5.0) * damping, 1e-8, 1e3)
-    if forces.dynamics.name == "quaternion":
-        for start in (0, 4, 8):
-            part = q[:, start : start + 4]
-            part /= np.linalg.norm(part, axis=1, keepdims=True)
-    return q
+    return unit_pose(q) if forces.dynamics.name == "quaternion" else q
 
 
 def from_motion(

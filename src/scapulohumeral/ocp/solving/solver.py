@@ -63,7 +63,7 @@ class SolverSettings:
 
     Attributes
     ----------
-    strategy : "automatic", "exact", "gauss-newton" or "limited-memory"
+    strategy : one of :data:`STRATEGIES`
     tolerance : IPOPT's scaled optimality error
     max_iterations : of the last phase, on each mesh; phases before it have fewer of their own
     gauss_newton_iterations : most iterations of the first phase of "automatic"

@@ -20,7 +20,7 @@ from scipy import constants
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.record import ModelRecord
-from scapulohumeral.model.rotations import Array
+from scapulohumeral.model.rotations import Array, positive_pose
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.problems.least_joint_force import least_joint_force
 from scapulohumeral.problems.model_files import ModelFiles, load_model
@@ -101,13 +101,7 @@ def _recorded(poses: Array) -> Iterator[tuple[float, Array]]:
     for level in LEVELS_DEG:
         node = rise.start + int(np.argmin(np.abs(elevation[rise] - level)))
         if abs(elevation[node] - level) <= NEAR_DEG:
-            yield level, _positive(poses[node])
-
-
-def _positive(pose: Array) -> Array:
-    """A pose (13,) whose scalar parts are not negative."""
-    signs = np.repeat([1.0 if pose[first] >= 0 else -1.0 for first in (0, 4, 8)], 4)
-    return np.concatenate([signs * pose[:12], pose[12:]])
+            yield level, positive_pose(poses[node])
 
 
 def _row(posture: Posture, pose: Array, record: ModelRecord) -> dict[str, Any]:

@@ -9,10 +9,10 @@ import sys
 
 import numpy as np
 import pytest
+from opensim_dynamics import inverse_dynamics
 from places import REPOSITORY, SUPPORT
 
 from scapulohumeral.model.choices import ModelChoices
-from scapulohumeral.model.muscle_paths.opensim_sampling import inverse_dynamics
 from scapulohumeral.model.muscle_paths.pose_region import recorded_angles
 from scapulohumeral.model.opensim_model import model_record, participant_model
 from scapulohumeral.model.participant import read_participant

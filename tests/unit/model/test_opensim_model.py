@@ -10,6 +10,7 @@ import numpy as np
 import opensim
 import pandas as pd
 import pytest
+from opensim_dynamics import inverse_dynamics
 from places import REPOSITORY
 
 from scapulohumeral.dynamics.participant_parameters import forearm
@@ -330,7 +331,7 @@ def test_path_pulls_at_the_humeral_head_with_unit_force(samples):
 def test_static_torque_is_the_gradient_of_potential_energy(model, participant):
     angles = participant.trial("scapular").motion.angles_rad[[40]]
     still = np.zeros_like(angles)
-    torque = sampling.inverse_dynamics(model, angles, still, still)[0]
+    torque = inverse_dynamics(model, angles, still, still)[0]
 
     def energy(pose):
         state = model.initSystem()
@@ -362,7 +363,7 @@ def test_power_of_inverse_dynamics_is_the_rate_of_energy(model, participant):
         kinetic = model.getMatterSubsystem().calcKineticEnergy(state)
         return kinetic + model.getTotalMass(state) * 9.80665 * height
 
-    power = sampling.inverse_dynamics(model, angles, speeds, accelerations)[0] @ speeds[0]
+    power = inverse_dynamics(model, angles, speeds, accelerations)[0] @ speeds[0]
     assert power == pytest.approx((energy(1e-4) - energy(-1e-4)) / 2e-4, rel=1e-5)
 
 

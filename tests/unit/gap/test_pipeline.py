@@ -4,6 +4,7 @@ import json
 import zlib
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -832,6 +833,18 @@ def test_a_hidden_task_that_a_cause_leaves_as_it_is_has_no_gap_to_remove(tmp_pat
     key["mode"]["reference"] = False
     with pytest.raises(ConfigError, match="no_such"):
         hidden_task.hidden_shrinkage(opened, {"label": RIGHT}, nowhere, tmp_path)
+
+
+def test_hidden_trials_have_the_emg_that_the_case_compares():
+    """An electrode that was off on a visible trial is compared nowhere."""
+    time = [0.0, 0.5, 1.0]
+    emg = [[0.1, 0.3], [0.2, 0.4], [0.3, 0.5]]
+    curves = {"time_s": time, "angles_deg": np.linspace(0.0, 40.0, 30).reshape(3, 10), "emg": emg}
+    read = noise_free_trial(curves, ["EMG_a", "EMG_b"], "hidden", "test")
+    kept = hidden_task._with_channels(read, SimpleNamespace(channels=("EMG_b",)))
+    assert kept.emg.channels == ("EMG_b",)
+    np.testing.assert_array_equal(kept.emg.values, [[0.3], [0.4], [0.5]])
+    assert hidden_task._with_channels(read, SimpleNamespace(channels=())).emg is None
 
 
 def test_hidden_trials_and_pairs_are_read_in_their_own_order():

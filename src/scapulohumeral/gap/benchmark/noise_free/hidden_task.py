@@ -34,7 +34,7 @@ from scapulohumeral.gap.nominal.participant_model import (
     ParticipantModel,
     participant_model,
 )
-from scapulohumeral.gap.recording.case import Case, make_case
+from scapulohumeral.gap.recording.case import Case, EmgSeries, GapTrial, make_case
 from scapulohumeral.gap.recording.observables import difference, phase_functions
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
 from scapulohumeral.gap.residual.noise import SessionShares, total_covariance
@@ -63,7 +63,8 @@ def hidden_shrinkage(
     Returns
     -------
     HiddenGap | None                 None if the hidden movement cannot be solved, the candidate
-                                     predicts nothing of it, or it is the same with the cause
+                                     predicts nothing of it, it is the same with the cause, or
+                                     EMG that the case compares does not change on it
 
     Raises
     ------
@@ -80,12 +81,15 @@ def hidden_shrinkage(
     settings, model_settings = read_settings(config), ModelSettings.of(config)
     case = read_case(folder_request(scored.folder, config_file, cache), config)
     test, reference = (
-        noise_free_trial(sides[side], scored.key["channels"], "hidden", side)
+        _with_channels(noise_free_trial(sides[side], scored.key["channels"], "hidden", side), case)
         for side in ("test", "reference")
     )
     references = [reference] if case.reference else []
     whole = make_case(case.participant, [*case.test, test], [*case.reference, *references])
     hidden = replace(case, test=(test,), reference=tuple(references))
+    if hidden.channels != case.channels:
+        # A muscle that never changes on this task tells nothing of what the answer says of it.
+        return None
     errors = read_table(scored.answer_folder, "errors").set_index("error")["value"]
     table = read_table(scored.answer_folder, "factors")
     factors = table[table["label"] == candidate["label"]].pivot(
@@ -98,6 +102,14 @@ def hidden_shrinkage(
         log.warning("%s: hidden task: %s", scored.folder.name, error)
         return None
     return HiddenGap(*remaining(c, removed))
+
+
+def _with_channels(trial: GapTrial, case: Case) -> GapTrial:
+    """A trial with the EMG channels that a case compares: one that was off there has no answer."""
+    if trial.emg is None or not case.channels:
+        return replace(trial, emg=None)
+    own = EmgSeries(trial.emg.time_s, case.channels, trial.emg.of(case.channels))
+    return replace(trial, emg=own)
 
 
 def _ordered(effects: Sequence[Effect], candidate: Mapping[str, Any]) -> list[Effect]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.laboratory.trial import Channel
+from scapulohumeral.model.girdle_range import arm_elevation
 from scapulohumeral.model.motion import Motion, resampled
 from scapulohumeral.model.rotations import Array
 
@@ -27,6 +28,7 @@ DEFAULT_THREADS = 2
 # Envelopes within this of 1 reach their maximum, resampled or rounded [1], and those below this do
 # not.
 AT_MAXIMUM, BELOW_MAXIMUM = 0.01, 0.95
+ORDERING_POINTS = 101
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +239,10 @@ def make_case(
     threads: int = DEFAULT_THREADS,
     notes: Sequence[str] = (),
 ) -> Case:
-    """A case with its trials in the order of their content; identical recordings count once.
+    """A case with its trials in the order of their arms; identical recordings count once.
+
+    Whatever is drawn at random is drawn in this order, which rounding, sampling rate and clock of
+    a file hardly change.
 
     Raises
     ------
@@ -257,8 +262,16 @@ def make_case(
         for trial in trials
         if kept[trial_hash(trial)] is not trial
     ]
-    ordered = [tuple(kept[key] for key in sorted(kept)) for kept in by_hash]
+    ordered = [
+        tuple(kept[key] for key in sorted(kept, key=lambda key: (_height(kept[key]), key)))
+        for kept in by_hash
+    ]
     return Case(participant, ordered[0], ordered[1], seed, threads, (*notes, *once))
+
+
+def _height(trial: GapTrial) -> float:
+    """Mean elevation of the arm over the movement [rad]."""
+    return float(np.mean(arm_elevation(trial.moved(ORDERING_POINTS)[1])))
 
 
 def trial_hash(trial: GapTrial) -> str:

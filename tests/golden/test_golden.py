@@ -97,7 +97,7 @@ def test_a_change_of_a_tenth_is_seen(place: tuple) -> None:
     accepted = read_result(CASES / "reference_and_emg" / RESULT)
     assert differences(accepted, accepted) == []
     assert differences(changed(accepted, place, 1.001), accepted) == []
-    assert len(differences(changed(accepted, place, 1.6), accepted)) == 1
+    assert len(differences(changed(accepted, place, 1.1), accepted)) == 1
 
 
 def test_another_name_or_verdict_is_seen() -> None:

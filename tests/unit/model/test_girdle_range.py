@@ -1,9 +1,8 @@
 """Ranges of SC and AC: wide enough for what was recorded, and where the girdle hangs."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from places import REPOSITORY
 from scipy.spatial.transform import Rotation
 
 from scapulohumeral.model.girdle_range import arm_elevation, girdle_range
@@ -11,7 +10,7 @@ from scapulohumeral.model.tables import read_tables
 
 pytestmark = pytest.mark.unit
 
-COORDINATES = read_tables(Path("config/model")).coordinates
+COORDINATES = read_tables(REPOSITORY / "config/model").coordinates
 MARGIN_RAD = np.deg2rad(15.0)
 
 

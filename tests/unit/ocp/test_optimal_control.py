@@ -24,6 +24,8 @@ from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
 pytestmark = pytest.mark.unit
 
 NODES = 5
+# Euler angles have no norm and no anchor.
+IN_QUATERNIONS = pytest.mark.parametrize("equations", ["quaternion"], indirect=True)
 
 
 @pytest.fixture
@@ -142,11 +144,10 @@ def test_bounds_reach_the_right_unknowns(make, point):
         assert (getattr(high, kind) == most).all()
 
 
+@IN_QUATERNIONS
 def test_clavicle_is_anchored_at_both_ends_only(make, point):
     problem = make()
     objective = problem.objective_function
-    if "anchor" not in objective.errors.groups:
-        pytest.skip("Euler angles have no anchor")
     x = problem.trajectory(point)
 
     def cost(node):
@@ -159,13 +160,12 @@ def test_clavicle_is_anchored_at_both_ends_only(make, point):
     assert max(cost(node) for node in range(1, len(x.q) - 1)) == 0.0
 
 
+@IN_QUATERNIONS
 def test_anchor_has_the_slopes_of_the_authors_program(make, point):
     """They give each component the sum of the slopes of the squared distance, sin^2 of half the
     angle, times a whole interval."""
     problem = make()
     objective = problem.objective_function
-    if "anchor" not in objective.errors.groups:
-        pytest.skip("Euler angles have no anchor")
     x = problem.trajectory(point)
     rest = x.q[0, :4] / np.linalg.norm(x.q[0, :4])
     turned = quaternion_multiply(rest, [np.cos(0.02), *(np.sin(0.02) * np.array([0.6, 0.0, 0.8]))])
@@ -259,13 +259,12 @@ def test_automatic_and_limited_memory_reach_the_same_optimum(make, cold_start):
     assert other.objective == pytest.approx(automatic.objective, rel=1e-4)
 
 
-def test_quaternions_keep_their_norm_between_the_nodes(make, cold_start):
+@IN_QUATERNIONS
+def test_quaternions_keep_their_norm_at_all_nodes(make, cold_start):
     result = solved(make, "automatic", cold_start)
-    problem = make(nodes=12, stability=0.0)
-    x = problem.trajectory(result.point.free)
-    if x.q.shape[1] == 13:
-        norms = [np.linalg.norm(x.q[:, i : i + 4], axis=1) for i in (0, 4, 8)]
-        np.testing.assert_allclose(norms, 1.0, atol=1e-10)
+    x = make(nodes=12, stability=0.0).trajectory(result.point.free)
+    norms = [np.linalg.norm(x.q[:, i : i + 4], axis=1) for i in (0, 4, 8)]
+    np.testing.assert_allclose(norms, 1.0, atol=1e-10)
 
 
 def test_warm_start_takes_few_iterations(make, cold_start):

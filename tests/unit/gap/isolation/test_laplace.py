@@ -1,7 +1,6 @@
 """Evidence and amplitudes on made-up signatures, where the answer is known."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from made_up_hypotheses import (
     noise,
     residual,
 )
+from places import REPOSITORY
 from scipy.optimize import lsq_linear
 from scipy.stats import chi2, kstest, multivariate_normal
 
@@ -41,7 +41,7 @@ from scapulohumeral.gap.weighing import read_weighing
 
 pytestmark = pytest.mark.unit
 
-CALIBRATION = Path("config/gap/calibration.json")
+CALIBRATION = REPOSITORY / "config/gap/calibration.json"
 SHARES = {"a": 0.4, "b": 0.6, "c": 0.7}
 
 

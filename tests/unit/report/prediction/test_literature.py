@@ -1,11 +1,11 @@
 """Tables beside published measurements: what holds, what does not, and what is not there."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from places import REPOSITORY
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.report.prediction.literature import (
@@ -17,7 +17,7 @@ from scapulohumeral.report.prediction.literature import (
 
 pytestmark = pytest.mark.unit
 
-FOLDER = Path("config/literature")
+FOLDER = REPOSITORY / "config/literature"
 WHOLE = {"par2": "healthy"}
 NAMES = ("supra_1", "supra_2", "infra_1")
 

@@ -1,11 +1,11 @@
 """Verdicts by config/targets.yaml: a wrong scapula and a missing solve fail, a right one holds."""
 
 from dataclasses import fields, replace
-from pathlib import Path
 
 import pandas as pd
 import pytest
 import yaml
+from places import REPOSITORY
 
 from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.against import with_audit
@@ -24,7 +24,7 @@ from scapulohumeral.report.prediction.targets import (
 
 pytestmark = pytest.mark.unit
 
-TARGETS = yaml.safe_load(Path("config/targets.yaml").read_text(encoding="utf-8"))
+TARGETS = yaml.safe_load((REPOSITORY / "config/targets.yaml").read_text(encoding="utf-8"))
 PLANES = ("frontal", "scapular", "sagittal")
 GOOD = {
     "ur_rmse_deg": 3.0,

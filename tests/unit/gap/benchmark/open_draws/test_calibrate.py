@@ -2,11 +2,11 @@
 
 import json
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from open_cases import GAIN, START, TEAR, open_case
+from places import REPOSITORY
 from scipy.special import expit, logit
 
 from scapulohumeral.gap.benchmark.open_draws.calibrate import (
@@ -26,7 +26,7 @@ from scapulohumeral.gap.verdict.posterior import Circumstances
 from scapulohumeral.gap.weighing import BEFORE, read_weighing
 
 pytestmark = pytest.mark.unit
-CONFIG = Path("config/gap")
+CONFIG = REPOSITORY / "config/gap"
 
 
 def test_evidence_that_misleads_gets_less_weight() -> None:

@@ -31,6 +31,7 @@ from scapulohumeral.gap.isolation.channel_gains import person_change
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.judgement import (
     NO_POSTURE_TOLD,
+    NOT_TOLD,
     Judged,
     directions_rows,
     hypotheses_rows,
@@ -189,10 +190,14 @@ def _causes(found: Findings) -> tuple[Candidate, ...]:
 
 
 def _next_trial(found: Findings) -> NextTrial | None:
-    """The trial that would best split the first class; None without a gap, or if none would."""
+    """The trial that would best split the first class; None without a gap, or if none would.
+
+    Where motion alone cannot tell, more of it does not either.
+    """
     judged, settings = found.judged, found.evidence.settings
     first = judged.groups[0] if judged.groups else ()
-    if not found.present or judged.best.label not in first or judged.or_posture:
+    untold = judged.or_posture or judged.undecided in (NOT_TOLD, NO_POSTURE_TOLD)
+    if not found.present or judged.best.label not in first or untold:
         return None
     return isolability.next_trial(
         judged.likely,

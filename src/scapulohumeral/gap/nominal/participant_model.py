@@ -43,6 +43,7 @@ from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN
 from scapulohumeral.model.muscle_paths.fit import FitSettings
 from scapulohumeral.model.muscle_paths.geometry import load_geometry, save_geometry
 from scapulohumeral.model.record import ModelRecord, read_record
+from scapulohumeral.model.rotations import pose_to_trial, trial_to_pose
 from scapulohumeral.provenance import MODEL_TABLES
 from scapulohumeral.stages.geometry import fit_muscle_geometry
 from scapulohumeral.stages.thorax import fit_thorax
@@ -236,6 +237,8 @@ def _shaping_trials(case: Case) -> list[str]:
 def _table(trial: GapTrial) -> str:
     """The movement of a trial at equal steps of phase, as a table of the study."""
     times, angles = trial.moved(PHASE_POINTS)
+    # Angles that are continuous in time may wind up; a table holds one turn.
+    angles = pose_to_trial(trial_to_pose(angles))
     table = pd.DataFrame(np.rad2deg(angles), columns=list(ANGLE_COLUMNS))
     table.insert(0, TIME_COLUMN, times)
     return table.to_csv(index=False, float_format="%.10g", lineterminator="\n")

@@ -26,6 +26,8 @@ HIDDEN = (
 NOTHING_EXCLUDES = (
     "These trials do not tell causes apart (the most probable answers that together reach 0.9"
 )
+# Below this probability of no gap a page says that its "no" says little.
+HARDLY_TOLD = 0.5
 # What each kind of missing data costs, said at the top of the page.
 COSTS = {
     "reference": "No reference trials of the same person: errors of the model itself cannot be "
@@ -90,6 +92,12 @@ def verdict(diagnosis: Diagnosis) -> dict[str, str]:
     gap = diagnosis.gap
     size = f"{number(gap.value)} against a threshold of {number(gap.threshold)} ({gap.statistic})"
     sentences = {"Gap": f"{'yes' if gap.present else 'no, none above the floor'}; {size}."}
+    no_gap = diagnosis.no_gap_p or 0.0
+    if not gap.present and no_gap < HARDLY_TOLD:
+        sentences["Gap"] += (
+            f" That there is none has p {number(no_gap)} only: these trials show little, see the "
+            "effects that are not excluded."
+        )
     if gap.present:
         sentences["Where"] = where(diagnosis)
         sentences["Cause"] = cause(diagnosis)

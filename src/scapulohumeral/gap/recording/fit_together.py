@@ -9,12 +9,15 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
+from scapulohumeral.model.girdle_range import arm_elevation
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
 # Degrees over radians is 57; no joint is held so differently in the same tasks.
 OTHER_UNIT = 20.0
 # Trials of a task that last this many times as long as another are hardly of the same movement.
 OTHER_LENGTH = 3.0
+# Nobody begins or ends repeats of a task with an arm raised so differently [deg].
+OTHER_END_DEG = 40.0
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
 OTHER_MAXIMUM = 8.0
 # Envelopes are low-pass filtered at a few hertz; of a rectified electromyogram at 100 samples per
@@ -68,29 +71,41 @@ def check_repeats(case: Case) -> None:
 
 
 def check_units(case: Case) -> None:
-    """Refuse joints whose angles are in radians on one side and in degrees on the other.
+    """Refuse joints whose angles are in radians in one trial of a task and in degrees in another.
 
     Raises
     ------
     DataError                        names files and columns
     """
-    common = {trial.task for trial in case.reference} & set(case.tasks)
-    sides = [[t for t in side if t.task in common] for side in (case.test, case.reference)]
-    if not common:
+    for task in dict.fromkeys(trial.task for trial in case.trials):
+        for joint in ("SC", "GH", "EL"):
+            _check_joint([trial for trial in case.trials if trial.task == task], joint)
+
+
+def _check_joint(trials: Sequence[GapTrial], joint: str) -> None:
+    columns = [i for i, name in enumerate(ANGLE_NAMES) if name.startswith(f"{joint}_")]
+    of_trials = [(float(np.abs(t.angles_rad[:, columns]).max()), t.source) for t in trials]
+    # Zero throughout is what was not measured.
+    measured = [(largest, source) for largest, source in of_trials if largest > 0.0]
+    if not measured:
         return
-    for joint in ("SC", "GH", "EL"):
-        columns = [i for i, name in enumerate(ANGLE_NAMES) if name.startswith(f"{joint}_")]
-        largest = [max(np.abs(t.angles_rad[:, columns]).max() for t in side) for side in sides]
-        small, large = (int(f(largest)) for f in (np.argmin, np.argmax))
-        if largest[small] <= np.deg2rad(2.0 * np.pi) and (
-            largest[large] > OTHER_UNIT * largest[small]
-        ):
-            raise DataError(
-                f"{sides[small][0].source}, columns {joint}_*: all angles are within "
-                f"+-{np.rad2deg(largest[small]):.2f} deg, in {sides[large][0].source} up to "
-                f"{np.rad2deg(largest[large]):.0f} deg, so these are radians; expected degrees in "
-                "all columns. Multiply by 180/pi."
-            )
+    small, large = (f(measured, key=lambda one: one[0]) for f in (min, max))
+    if small[0] <= np.deg2rad(2.0 * np.pi) and large[0] > OTHER_UNIT * small[0]:
+        raise DataError(
+            f"{small[1]}, columns {joint}_*: all angles are within +-{np.rad2deg(small[0]):.2f} "
+            f"deg, in {large[1]} up to {np.rad2deg(large[0]):.0f} deg, so these are radians; "
+            "expected degrees in all columns. Multiply by 180/pi."
+        )
+
+
+def called(trial: GapTrial, case: Case) -> str:
+    """Name of a trial, with its side where a trial of the other side has the same."""
+    sides = {
+        "test": [one.name for one in case.test], "reference": [one.name for one in case.reference]
+    }  # fmt: skip
+    if not all(trial.name in names for names in sides.values()):
+        return trial.name
+    return f"{trial.name} ({'test' if any(trial is one for one in case.test) else 'reference'})"
 
 
 def unlike_others(case: Case) -> list[str]:
@@ -106,9 +121,10 @@ def unlike_others(case: Case) -> list[str]:
         for trial, length in zip(trials, lengths, strict=True):
             if not usual / OTHER_LENGTH <= length <= usual * OTHER_LENGTH:
                 notes.append(
-                    f"{trial.name}: the movement lasts {length:.2f} s, those of task {task} "
-                    f"{usual:.2f} s in the median; look whether it is whole (window_s)"
+                    f"{called(trial, case)}: the movement lasts {length:.2f} s, those of task "
+                    f"{task} {usual:.2f} s in the median; look whether it is whole (window_s)"
                 )
+        notes += _unlike_ends(trials, task, case)
     windows = {trial.name: trial.window_s for trial in case.reference}
     for trial in () if case.one_movement else case.test:
         if windows.get(trial.name) == trial.window_s:
@@ -121,8 +137,8 @@ def unlike_others(case: Case) -> list[str]:
         still = [] if trial.emg is None else sorted({*trial.emg.channels} - {*trial.emg.changing})
         if still:
             notes.append(
-                f"{trial.name}: {', '.join(still)} never changes, so it is compared in no trial; "
-                "look whether the electrode was on"
+                f"{called(trial, case)}: {', '.join(still)} never changes, so it is compared in no "
+                "trial; look whether the electrode was on"
             )
     notes += _numbered(case.tasks)
     tests, references = _peaks(case.test), _peaks(case.reference)
@@ -134,6 +150,20 @@ def unlike_others(case: Case) -> list[str]:
                 "and all channels differ as much: other units, or other maxima"
             )
     return notes
+
+
+def _unlike_ends(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
+    """Trials of a task that begin or end with the arm elsewhere than the others."""
+    ends = np.rad2deg([arm_elevation(trial.moved(2)[1]) for trial in trials])
+    usual = np.median(ends, axis=0)
+    return [
+        f"{called(trial, case)}: the movement {verb} with the arm raised by {own[end]:.0f} deg, "
+        f"those of task {task} with {usual[end]:.0f} deg in the median; look whether it is whole "
+        "(window_s)"
+        for trial, own in zip(trials, ends, strict=True)
+        for end, verb in enumerate(("begins", "ends"))
+        if abs(own[end] - usual[end]) > OTHER_END_DEG
+    ]
 
 
 def unlike_envelopes(case: Case) -> list[str]:
@@ -149,6 +179,12 @@ def unlike_envelopes(case: Case) -> list[str]:
             "EMG of all channels peaks at 1 in each trial, and the participant file says "
             "fraction_of_mvc: if each trial was divided by its own maximum, divide by that of "
             "maximal contractions, or write emg.unit: fraction_of_max"
+        )
+    highest = float(peaks.max())
+    if not case.participant.emg_is_of_mvc and highest > 1.0 + AT_MAXIMUM:
+        notes.append(
+            f"EMG reaches {highest:.3g}, and the participant file says fractions of a largest "
+            "value, which is 1; if these are percent, divide by 100"
         )
     rough = dict.fromkeys(name for name, one in series if _is_rough(one, case.channels))
     if rough:
@@ -238,7 +274,9 @@ def not_compared(case: Case) -> list[str]:
     if unused:
         notes.append(f"reference trials of task {', '.join(unused)} are not used: no test trial")
     for what, has in recorded.items():
-        lacking = [trial.name for trial, there in zip(trials, has, strict=True) if not there]
+        lacking = [
+            called(trial, case) for trial, there in zip(trials, has, strict=True) if not there
+        ]
         if any(has) and lacking:
             notes.append(f"{what} is not compared: not recorded in {', '.join(lacking)}")
     return notes

@@ -37,7 +37,9 @@ def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespa
         "emg": EmgSeries(np.array([0.0, 3.0]), emg, values) if emg else None,
         "contact": object() if force else None,
     }
-    return SimpleNamespace(**{**fields, **changes})
+    fields |= changes
+    ends = np.resize(fields["angles_rad"], (2, len(ANGLE_NAMES)))
+    return SimpleNamespace(**{"moved": lambda _: (None, ends), **fields})
 
 
 def case(
@@ -67,7 +69,9 @@ def test_what_some_trials_lack_is_not_compared() -> None:
 
 def test_trials_of_both_sides_may_have_the_same_name() -> None:
     [note] = not_compared(case(("EMG_1",), trial("a", "EMG_1"), reference=[trial("a")]))
-    assert note.endswith("in a")
+    assert note.endswith("in a (reference)")
+    [note] = not_compared(case(("EMG_1",), trial("a"), reference=[trial("a", "EMG_1")]))
+    assert note.endswith("in a (test)")
 
 
 def test_trials_of_a_task_on_one_side_take_nothing_from_the_others() -> None:
@@ -126,6 +130,16 @@ def test_a_joint_in_radians_on_one_side_is_refused(joint: str) -> None:
         check_units(case((), degrees, reference=[radians]))
     with pytest.raises(DataError, match=r"b.csv, .* are radians"):
         check_units(case((), radians, reference=[degrees]))
+    # One file among others of its side, with or without reference trials.
+    for references in ([degrees], []):
+        with pytest.raises(DataError, match=r"b.csv, .* are radians"):
+            check_units(case((), degrees, radians, reference=references))
+
+
+def test_an_elbow_that_was_not_measured_is_no_other_unit() -> None:
+    without = POSTURE_DEG.copy()
+    without[-1] = 0.0
+    check_units(case((), trial("a"), reference=[trial("b", angles_rad=np.deg2rad([without]))]))
 
 
 def test_an_elbow_that_is_stretched_on_one_side_is_no_other_unit() -> None:
@@ -141,6 +155,16 @@ def test_a_fragment_of_a_movement_is_told() -> None:
     assert unlike_others(case((), trial("a", window_s=(0.0, 1.0)), reference=whole)) == []
     [note] = unlike_others(case((), trial("a", window_s=(0.0, 0.44)), reference=whole))
     assert note.startswith("a: the movement lasts 0.44 s, those of task lift 2.00 s")
+
+
+def test_a_movement_that_ends_elsewhere_is_told() -> None:
+    """A recording that stops at the top is laid on the same phase as rise and descent."""
+    rise = np.deg2rad([POSTURE_DEG, POSTURE_DEG - 80.0 * np.eye(10)[ANGLE_NAMES.index("GH_z")]])
+    [note] = unlike_others(case((), trial("a", angles_rad=rise), trial("b"), trial("c")))
+    assert note.startswith("a: the movement ends with the arm raised by ")
+    back = trial("a", angles_rad=rise[::-1])
+    [note] = unlike_others(case((), back, trial("b"), reference=[trial("c")]))
+    assert note.startswith("a: the movement begins with the arm raised by ")
 
 
 def test_one_window_of_two_trials_of_one_name_is_told() -> None:
@@ -212,6 +236,13 @@ def test_trials_that_were_each_divided_by_their_own_maximum_are_told() -> None:
     assert "emg.unit: fraction_of_max" in note
     assert unlike_envelopes(with_emg(50.0, BURST, 0.8 * BURST)) == []
     assert unlike_envelopes(with_emg(50.0, BURST, BURST, unit="fraction_of_max")) == []
+
+
+def test_shares_of_a_largest_value_above_one_are_told() -> None:
+    rise = np.linspace(0.0, 9.0, 300)
+    notes = unlike_envelopes(with_emg(100.0, rise, unit="fraction_of_shared_max"))
+    assert any("EMG reaches 9, and" in note and "divide by 100" in note for note in notes)
+    assert not any("reaches" in note for note in unlike_envelopes(with_emg(100.0, rise)))
 
 
 def test_envelopes_of_both_sides_are_looked_at_though_their_names_are_equal() -> None:

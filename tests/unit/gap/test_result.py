@@ -10,6 +10,7 @@ from jsonschema import Draft202012Validator
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.curve_files import TABLES, check_curves, read_table, write_curves
+from scapulohumeral.gap.labels import MOVED
 from scapulohumeral.gap.left_over import SOMETHING_LEFT
 from scapulohumeral.gap.output.figures import figures, isolability_figure
 from scapulohumeral.gap.output.page import render_report, verdict
@@ -158,6 +159,33 @@ def test_verdicts_without_a_cause():
     abstained = replace(done, status="abstained", status_reason="refits change branch")
     assert "refits change branch" in verdict(abstained)["Cause"]
     assert "no convergence" in verdict(failed())["Gap"]
+
+
+def test_a_no_that_says_little_says_so():
+    gap = replace(diagnosis().gap, present=False)
+    for p, little in ((0.2, True), (0.8, False)):
+        said = verdict(diagnosis(gap=gap, no_gap_p=p))["Gap"]
+        assert said.startswith("no, none above the floor")
+        assert ("has p 0.2 only: these trials show little" in said) == little
+    assert "show little" not in verdict(diagnosis())["Gap"]
+
+
+def test_another_movement_is_not_said_to_explain_itself():
+    [first, *others] = diagnosis().candidates
+    assert "<td>8 %</td>" in render_report(diagnosis(), "")
+    moved = replace(first, label=MOVED)
+    answer = diagnosis(candidates=(moved, *others), classes=(), set90=(MOVED,), next_trial=None)
+    page = render_report(answer, "")
+    assert "<td>8 %</td>" not in page
+    assert "<td>12 %</td>" in page
+
+
+def test_regions_that_do_not_stand_out_alone_are_explained():
+    [shown], enters = diagnosis().regions.shows, diagnosis().regions.enters
+    for p, told in ((0.2, True), (0.001, False)):
+        regions = Regions((replace(shown, p_value=p),), enters)
+        page = render_report(diagnosis(regions=regions), "")
+        assert ("may show in none of them alone" in page) == told
 
 
 def test_a_gap_in_single_channels_only_leaves_nothing_to_remove():

@@ -26,6 +26,8 @@ HIDDEN = (
 NOTHING_EXCLUDES = (
     "These trials do not tell causes apart (the most probable answers that together reach 0.9"
 )
+# A region with a larger p value does not stand out by itself.
+ALPHA = 0.05
 # Below this probability of no gap a page says that its "no" says little.
 HARDLY_TOLD = 0.5
 # What each kind of missing data costs, said at the top of the page.
@@ -71,6 +73,9 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         not_excluded=not_excluded(diagnosis),
         splits={**SPLITS, "new_task": "tasks left out, observed"},
         shares_told=explained_by_any(diagnosis.candidates),
+        # Another movement explains itself, whatever it is.
+        moved=MOVED,
+        alone_unclear=any(region.p_value > ALPHA for region in diagnosis.regions.shows),
         assumed=assumed(diagnosis),
         pictures=figures(diagnosis),
         words=WORDS,

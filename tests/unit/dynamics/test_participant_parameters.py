@@ -12,8 +12,8 @@ from scapulohumeral.dynamics import participant_parameters as pp
 from scapulohumeral.dynamics.joint_springs import spring_torques
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.errors import ModelError
-from scapulohumeral.model.constants import PassiveJoint, ScapulothoracicContact
-from scapulohumeral.model.record import PointRecord, SegmentRecord
+from scapulohumeral.model.constants import Hill, PassiveJoint, ScapulothoracicContact
+from scapulohumeral.model.record import ConoidRecord, PointRecord, SegmentRecord
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
 pytestmark = pytest.mark.unit
@@ -170,8 +170,59 @@ def test_value_that_is_not_finite_is_refused():
         pp.dynamics_parameters(record, THORAX, 0.0)
 
 
-def test_muscles_have_full_capacity():
-    muscles = pp.muscle_parameters(make_record())
-    assert muscles.names == ("only",)
-    assert muscles.capacity.tolist() == [1.0]
-    assert muscles.constants.max_velocity == 10.0
+def test_ligament_contact_and_bones_have_their_own_numbers():
+    ligament = ConoidRecord("clavicle_r", (1, 2, 3), "scapula_r", (4, 5, 6), 80.0, 0.09, 0.07)
+    record = replace(make_record(), conoid=ligament)
+    values = unpack(pp.dynamics_parameters(record, THORAX, hand_load_kg=0.0))
+    expected = {
+        "gravity": [0.0, -9.8, 0.0],
+        "offset_SC": [0.02, 0.0, 0.0],
+        "offset_AC": [0.15, 0.0, 0.0],
+        "offset_GH": [0.0, -0.05, 0.0],
+        "offset_EL": [0.0, -0.3, 0.0],
+        "conoid_origin": [1.0, 2.0, 3.0],
+        "conoid_insertion": [4.0, 5.0, 6.0],
+        "conoid_length": ligament.length_m,
+        "conoid_stiffness": ligament.stiffness_N_per_m,
+        "conoid_eps": ligament.eps_m,
+        "contact_TS": [-0.1, 0.0, 0.0],
+        "thorax_centre": THORAX["centre_m"],
+        "contact_stiffness": 2e4,
+        "contact_eps": 0.01,
+        "joint_stiffness": [1.5] * 4,
+        "mass_clavicle": 1.0,
+        "mass_humerus": 3.0,
+        "com_humerus": [0.1, 0.2, 0.3],
+        "inertia_scapula": [4e-3, 1e-3, 4e-3, 0.0, 0.0, 0.0],
+    }
+    assert {ligament.length_m, ligament.stiffness_N_per_m, ligament.eps_m} == {80.0, 0.09, 0.07}
+    for name, value in expected.items():
+        np.testing.assert_array_equal(values[name], value, err_msg=name)
+
+
+def test_every_muscle_and_its_curves_have_their_own_numbers():
+    curves = Hill(*(float(k) for k in range(1, 9)))
+    record = make_record()
+    record = replace(
+        record,
+        muscles=(muscle("one"), muscle("two", size=2.0)),
+        constants=replace(record.constants, hill=curves),
+    )
+    muscles = pp.muscle_parameters(record)
+    assert muscles.names == ("one", "two")
+    expected = {
+        "max_isometric_force": 100.0,
+        "optimal_fibre_length": 0.1,
+        "tendon_slack_length": 0.05,
+        "activation_time": 0.01,
+        "deactivation_time": 0.04,
+    }
+    for name, value in expected.items():
+        np.testing.assert_allclose(getattr(muscles, name), [value, 2.0 * value], err_msg=name)
+    assert muscles.capacity.tolist() == [1.0, 1.0]
+    found = muscles.constants
+    assert (found.gaussian_width, found.passive_stiffness, found.passive_strain) == (
+        curves.f_gauss, curves.k_pe, curves.epsilon_m0
+    )  # fmt: skip
+    assert (found.d1, found.d2, found.d3, found.d4) == (4.0, 5.0, 6.0, 7.0)
+    assert found.max_velocity == curves.v_max

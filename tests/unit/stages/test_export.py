@@ -49,9 +49,11 @@ def test_motion_is_read_back(formulation: str, tmp_path: Path) -> None:
     for name in ("TH_x", "TH_y", "TH_z"):
         assert not columns[name].any()
     np.testing.assert_allclose(columns["PS_y"], 120.0)
-    humerus = np.deg2rad([columns[name] for name in ("GH_y", "GH_z", "GH_yy")]).T
-    written = euler_to_quaternion(humerus, "YZY")
-    assert relative_angle(written, solved.pose[:, 8:12]).max() < 1e-7
+    names = ("SC_y", "SC_z", "SC_x"), ("AC_y", "AC_z", "AC_x"), ("GH_y", "GH_z", "GH_yy")
+    for place, (joint, sequence) in enumerate(zip(names, ("YZX", "YZX", "YZY"), strict=True)):
+        angles = np.deg2rad([columns[name] for name in joint]).T
+        own = solved.pose[:, 4 * place : 4 * place + 4]
+        assert relative_angle(euler_to_quaternion(angles, sequence), own).max() < 1e-7
     np.testing.assert_allclose(np.deg2rad(columns["EL_x"]), solved.pose[:, 12], atol=1e-8)
 
 

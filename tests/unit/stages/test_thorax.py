@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from one_recording import write_participant
+from scipy.spatial.transform import Rotation
 from skeleton import CONSTANTS, joint, skeleton_record, surface
 
 from scapulohumeral.errors import ModelError
 from scapulohumeral.model.muscle_paths.thorax_clearance import level_set
 from scapulohumeral.model.record import PointRecord, write_record
+from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.stages import thorax
 
 pytestmark = pytest.mark.unit
@@ -95,6 +97,18 @@ def make_record():
         constants=replace(CONSTANTS, scapulothoracic_contact=contact),
         wrap_objects=(surface("serr_ant", "ellipsoid", "thorax", CENTRE, *RADII.tolist()),),
     )
+
+
+def test_contact_points_move_with_the_scapula():
+    """Against scipy's rotations, in a pose with every angle turned."""
+    angles = np.deg2rad([[-20.0, 12.0, 7.0, 45.0, 4.0, 11.0, 30.0, 40.0, 20.0, 10.0]])
+    clavicle = Rotation.from_euler("YZX", angles[0, :3])
+    scapula = clavicle * Rotation.from_euler("YZX", angles[0, 3:6])
+    record = make_record()
+    origin = np.array([0.02, 0.0, -0.02]) + clavicle.apply([0.16, 0.0, 0.0])
+    local = [record.markers[name].location_m for name in ("upper", "lower")]
+    found = thorax.contact_points(record, trial_to_pose(angles))
+    np.testing.assert_allclose(found, [origin + scapula.apply(local)], atol=1e-12)
 
 
 def fitted(folder, angles, **entry):

@@ -430,6 +430,23 @@ def test_baselines_name_the_cause_where_signatures_differ():
     ]
 
 
+def test_baselines_take_an_effect_of_either_sign_and_charge_for_parameters():
+    one, other = hypothesis(DAMPING, 1), hypothesis(MASS, 2)
+    opposite = residual(one.slope @ [-1.5] + 0.1 * noise(3))
+    prior = {f.label: 0.5 for f in (fit(h, opposite, 0.1) for h in (one, other))}
+    screened = [fit(h, opposite, 0.1) for h in (other, one)]
+    assert [row.label for row in baseline_labels(opposite, screened, prior)][:2] == [
+        one.effects[0].label
+    ] * 2
+    # A rival that holds the same signature, and a second one that hardly helps.
+    there = residual(one.slope @ [1.5] + 0.1 * noise(3))
+    slope = np.column_stack([one.slope, hypothesis(MASS, 5).slope])
+    rival = Hypothesis((LOAD,), np.zeros(2), np.zeros((SIZE, 1)), slope, 1.0)
+    screened = [fit(h, there, 0.1) for h in (rival, one)]
+    of_samples = baseline_labels(there, screened, {f.label: 0.5 for f in screened})[1]
+    assert (of_samples.method, of_samples.label) == ("per_sample_bic", one.effects[0].label)
+
+
 def test_next_trial_is_the_task_in_which_the_signatures_differ():
     one = hypothesis(DAMPING, 1)
     there = residual(one.slope @ [0.5])

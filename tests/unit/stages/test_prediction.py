@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from muscle_record import ELEMENTS, muscle_record
 from places import REPOSITORY
+from skeleton import CONSTANTS
 from small_arm import NAMES, small_muscles
 from small_posed import WEIGHTS, small_model, small_settings, small_tracked
 from synthetic_study import solution
@@ -17,11 +18,13 @@ from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
+from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.problems.chosen_problem import chosen_bounds
 from scapulohumeral.problems.composite import compose
 from scapulohumeral.problems.model_files import ModelFiles
+from scapulohumeral.problems.posed_problem import STRENGTH_UNIT_N
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.stages import prediction
 from scapulohumeral.stages.prediction import (
@@ -102,6 +105,60 @@ def way(quaternion_equations, tmp_path):
         return list(_ways(scene, files))
 
     return way
+
+
+@pytest.fixture
+def posed(quaternion_equations):
+    """Function that poses the healthy problem of the small arm with some choices."""
+    model = small_model(quaternion_equations)
+    record = replace(model.record, choices=replace(model.record.choices, glenohumeral="capsule"))
+    model = replace(model, record=record)
+    composite = compose([solution("par2", "frontal", "quaternion")], 0.04, 1.0)
+
+    def posed(**choices):
+        settings = replace(SETTINGS, choices=ProblemChoices(**choices))
+        return _Scene(model, composite, small_muscles(), WEAK, settings).posed(0.5)
+
+    return posed
+
+
+def test_the_girdle_moves_freely_with_the_capsule_of_the_model(posed):
+    values = unpack(posed().parameters)
+    assert values["joint_stiffness"][2] == 0.0
+    assert values["spring_torque"][2] == CONSTANTS.passive_joint.capsule_Nm
+    assert posed().objective.weights.tracked == TRACKED
+
+
+def test_every_choice_of_a_problem_reaches_it(posed):
+    plain = posed()
+    assert plain.objective.weights.anchor == 0.0
+    assert posed(clavicle_anchor=30.0).objective.weights.anchor == 30.0
+    assert plain.objective.weights.reaction_rate == WEIGHTS["reaction_rate"]
+    assert posed(reaction_rate=5e-6).objective.weights.reaction_rate == 5e-6
+    np.testing.assert_array_equal(plain.objective.effort, 1.0)
+    strength = small_muscles().max_isometric_force / STRENGTH_UNIT_N
+    np.testing.assert_allclose(posed(strength_exponent=1.0).objective.effort, strength)
+    assert plain.objective.elbow_activity is None
+    assert (posed(elbow_in_pauses=True).objective.elbow_activity == 1.0).all()
+    assert not plain.bounds.ends_at_rest
+    assert posed(ends_at_rest=True).bounds.ends_at_rest
+    assert posed(largest_compression_N=700.0).bounds.compression == (0.0, 700.0)
+    assert plain.bounds.coordinates is None
+    low, high = posed(coordinate_margin=0.1).bounds.coordinates
+    reference = trial_to_pose(plain.target.reference_rad)
+    np.testing.assert_allclose(low, reference.min(axis=0) - 0.1, atol=1e-6)
+    np.testing.assert_allclose(high[1:4], reference[:, 1:4].max(axis=0) + 0.1, atol=1e-6)
+    assert high[0] <= 1.0
+
+
+def test_limited_muscles_lose_active_force_or_all(posed):
+    whole, muscles = posed(lost_force="whole").muscles, small_muscles()
+    limited = NAMES.index("biceps")
+    lost = np.where(np.arange(len(NAMES)) == limited, 0.5, 1.0)
+    np.testing.assert_allclose(whole.max_isometric_force, lost * muscles.max_isometric_force)
+    active = posed().muscles
+    np.testing.assert_array_equal(active.max_isometric_force, muscles.max_isometric_force)
+    np.testing.assert_allclose(active.capacity, lost * muscles.capacity)
 
 
 def test_hand_holds_what_it_held_in_all_trials_of_one_motion():

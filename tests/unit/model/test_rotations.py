@@ -81,6 +81,23 @@ def test_motion_through_the_singularity_does_not_jump():
     np.testing.assert_allclose(rot.trial_to_pose(found), rot.trial_to_pose(angles), atol=1e-12)
 
 
+def test_sign_of_quaternions_is_no_turn():
+    poses = rot.trial_to_pose(RNG.uniform(-1.0, 1.0, (5, 10)))
+    flipped = poses.copy()
+    flipped[1:3, 4:8] *= -1.0
+    flipped[:, 8:12] *= -1.0
+    for made, known in (
+        (rot.positive_pose(flipped), poses),
+        (rot.positive_pose(flipped[1]), poses[1]),
+    ):
+        assert (made[..., [0, 4, 8]] >= 0.0).all()
+        np.testing.assert_array_equal(made[..., 12], known[..., 12])
+        for first in (0, 4, 8):
+            joint = slice(first, first + 4)
+            matrices = [rot.quaternion_to_matrix(one[..., joint]) for one in (made, known)]
+            np.testing.assert_allclose(*matrices, atol=1e-12)
+
+
 def test_relative_angle_ignores_sign_and_keeps_small_angles():
     small = rot.rotation_vector_to_quaternion([1e-9, 0.0, 0.0])
     identity = np.array([1.0, 0.0, 0.0, 0.0])

@@ -14,7 +14,6 @@ from synthetic_study import PARTICIPANTS, solution
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.constants import Glenoid
-from scapulohumeral.model.rotations import quaternion_to_matrix
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.problems.static_posture import StaticSolution
@@ -45,18 +44,6 @@ def test_poses_are_those_at_fixed_elevations_of_the_rise():
         assert (pose[[0, 4, 8]] >= 0).all()
     peak = thorax_angles(poses)[:, ELEVATION_COLUMN].max()
     assert max(level for level, _ in taken) <= peak + stage.NEAR_DEG
-
-
-def test_sign_of_quaternions_is_no_turn():
-    pose = solution("par2", "frontal", "quaternion").reference_pose[3]
-    flipped = pose.copy()
-    flipped[4:8] *= -1.0
-    flipped[8:12] *= -1.0
-    made = stage._positive(flipped)
-    for first in (0, 4, 8):
-        joint = slice(first, first + 4)
-        matrices = [quaternion_to_matrix(one[joint]) for one in (made, pose)]
-        np.testing.assert_allclose(*matrices, atol=1e-12)
 
 
 def found(activation, reaction=(100.0, 0.0, 0.0)) -> StaticSolution:

@@ -153,7 +153,7 @@ class GapParticipant:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What is diagnosed. Make it with `make_case`, which orders trials by content.
+    """What is diagnosed. Make it with `make_case`, which orders trials by their arms.
 
     `notes` are remarks of the reader (columns ignored, repeats counted once) for the log.
     `one_movement`: whether trial i of both sides recorded one movement, see

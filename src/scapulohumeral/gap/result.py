@@ -48,7 +48,7 @@ class Channels:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What was diagnosed: names of trials and tasks, in the order of their content."""
+    """What was diagnosed: names of trials and tasks, in the order of their arms."""
 
     participant: str
     test: tuple[str, ...]

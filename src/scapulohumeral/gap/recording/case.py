@@ -1,7 +1,7 @@
 """One diagnosis as data: a participant, test trials, reference trials.
 
 A case is the whole input of the inference. Names, files and their order are kept for reading only:
-trials are put into the order of their content, and tasks count as a grouping of trials, so that no
+trials are put into the order of their arms, and tasks count as a grouping of trials, so that no
 name can influence the verdict.
 
 Letters: T frames of a trial, S samples of a companion series at its own rate, C EMG channels.

@@ -16,14 +16,9 @@ def open_case(
     right: tuple[str, ...] = (TEAR,),
     present: bool = True,
     draw: str = "one",
-    p_value: float | None = None,
+    p_value: float = 1.0,
 ) -> OpenCase:
-    """A case in which a tear has so much more log evidence than a gain.
-
-    A gap is one beyond doubt, unless a p value is told.
-    """
-    if p_value is None:
-        p_value = 1e-9 if present else 1.0
+    """A case in which a tear has so much more log evidence than a gain."""
     scores = {
         TEAR: Score(np.log(0.3), evidence, evidence),
         GAIN: Score(np.log(0.3), 0.0, 0.0),

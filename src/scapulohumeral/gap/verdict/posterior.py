@@ -22,8 +22,6 @@ COVERAGE = 0.9
 UNDECIDED = 0.5
 # A cause that is not named, whatever speaks against it, is at most as probable as not.
 UNPROVEN = 0.5
-# Odds of no gap are finite, however small a p value.
-LEAST_P = 1e-12
 # Probabilities nearer than this share of themselves are equal: solves do not tell them apart.
 TIED = 1e-6
 
@@ -224,17 +222,17 @@ def no_gap_range(weighing: Weighing, case: Circumstances) -> tuple[float, float]
     Where few causes would have shown, that none does makes no gap no more probable.
 
     Without any effect all p values are as probable; with one their density is taken to rise towards
-    zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it. It rises on
-    below the level of the test: a gap that was hardly found may be none.
+    zero by a power, as Sellke, Bayarri and Berger 2001 (Am Stat 55: 62-71) take it.
     """
+    if case.present:
+        return 0.0, UNDECIDED
     if case.unable:
         return 0.0, 1.0
     share = weighing.silent_alone
     if case.referenced:
         share = weighing.silent if case.told else weighing.silent_motion
-    against = (1.0 - share) * max(case.p_value, LEAST_P) ** -weighing.silent_power
-    least, most = share / (share + against), UNDECIDED if case.present else 1.0
-    return min(least, most), most
+    against = (1.0 - share) * case.p_value**-weighing.silent_power
+    return share / (share + against), 1.0
 
 
 def heard(weighing: Weighing, case: Circumstances) -> Weighing:

@@ -5,7 +5,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from scapulohumeral.stages.peers.limited import Notes, within
@@ -27,8 +26,8 @@ def test_notes_and_iterations_of_work_that_ends_are_kept(tmp_path: Path) -> None
         notes.add(message="Solve_Succeeded")
 
     found = within(60.0, work, tmp_path / "work.log")
-    times = {name: found.pop(name) for name in ("wall_seconds", "processor_seconds")}
-    assert all(np.isfinite(list(times.values())))
+    assert found.pop("wall_seconds") > 0.0
+    assert found.pop("processor_seconds") < 60.0
     assert found == {
         "iterations": 12,
         "build_seconds": 1.0,
@@ -49,6 +48,7 @@ def test_work_that_takes_too_long_is_ended_with_its_children(tmp_path: Path) -> 
     found = within(1.0, work, tmp_path / "work.log")
     assert (found["message"], found["finished"]) == ("not finished in 1 s", False)
     assert found["build_seconds"] == 1.0
+    assert found["processor_seconds"] > 0.0
     until = time.monotonic() + 10.0
     while _runs(int(child.read_text())):
         assert time.monotonic() < until, "the child is still there"

@@ -98,12 +98,9 @@ def _check_joint(trials: Sequence[GapTrial], joint: str) -> None:
         )
 
 
-def called(trial: GapTrial, case: Case) -> str:
+def _called(trial: GapTrial, case: Case) -> str:
     """Name of a trial, with its side where a trial of the other side has the same."""
-    sides = {
-        "test": [one.name for one in case.test], "reference": [one.name for one in case.reference]
-    }  # fmt: skip
-    if not all(trial.name in names for names in sides.values()):
+    if trial.name not in {t.name for t in case.test} & {t.name for t in case.reference}:
         return trial.name
     return f"{trial.name} ({'test' if any(trial is one for one in case.test) else 'reference'})"
 
@@ -121,7 +118,7 @@ def unlike_others(case: Case) -> list[str]:
         for trial, length in zip(trials, lengths, strict=True):
             if not usual / OTHER_LENGTH <= length <= usual * OTHER_LENGTH:
                 notes.append(
-                    f"{called(trial, case)}: the movement lasts {length:.2f} s, those of task "
+                    f"{_called(trial, case)}: the movement lasts {length:.2f} s, those of task "
                     f"{task} {usual:.2f} s in the median; look whether it is whole (window_s)"
                 )
         notes += _unlike_ends(trials, task, case)
@@ -137,8 +134,8 @@ def unlike_others(case: Case) -> list[str]:
         still = [] if trial.emg is None else sorted({*trial.emg.channels} - {*trial.emg.changing})
         if still:
             notes.append(
-                f"{called(trial, case)}: {', '.join(still)} never changes, so it is compared in no "
-                "trial; look whether the electrode was on"
+                f"{_called(trial, case)}: {', '.join(still)} never changes, so it is compared in "
+                "no trial; look whether the electrode was on"
             )
     notes += _numbered(case.tasks)
     tests, references = _peaks(case.test), _peaks(case.reference)
@@ -157,7 +154,7 @@ def _unlike_ends(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]
     ends = np.rad2deg([arm_elevation(trial.moved(2)[1]) for trial in trials])
     usual = np.median(ends, axis=0)
     return [
-        f"{called(trial, case)}: the movement {verb} with the arm raised by {own[end]:.0f} deg, "
+        f"{_called(trial, case)}: the movement {verb} with the arm raised by {own[end]:.0f} deg, "
         f"those of task {task} with {usual[end]:.0f} deg in the median; look whether it is whole "
         "(window_s)"
         for trial, own in zip(trials, ends, strict=True)
@@ -275,7 +272,7 @@ def not_compared(case: Case) -> list[str]:
         notes.append(f"reference trials of task {', '.join(unused)} are not used: no test trial")
     for what, has in recorded.items():
         lacking = [
-            called(trial, case) for trial, there in zip(trials, has, strict=True) if not there
+            _called(trial, case) for trial, there in zip(trials, has, strict=True) if not there
         ]
         if any(has) and lacking:
             notes.append(f"{what} is not compared: not recorded in {', '.join(lacking)}")

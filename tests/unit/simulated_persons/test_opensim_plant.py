@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import opensim
 import pytest
+from opensim_dynamics import inverse_dynamics
 from places import REPOSITORY
 
 from scapulohumeral.model import opensim_model as om
 from scapulohumeral.model.choices import ModelChoices
-from scapulohumeral.model.muscle_paths import opensim_sampling as sampling
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -125,7 +125,7 @@ def test_weight_turns_joints_as_in_the_study_s_model(study, person, pose) -> Non
     """The humerus has other coordinates here; girdle and elbow have the same."""
     angles = pose_to_trial(pose[[0, -1]])
     still = np.zeros_like(angles)
-    oracle = sampling.inverse_dynamics(study[2], angles, still, still)
+    oracle = inverse_dynamics(study[2], angles, still, still)
     torque = held(person(), coordinates_of(pose)[[0, -1]]).torque
     same = [k for k, name in enumerate(ANGLE_NAMES) if not name.startswith("GH")]
     np.testing.assert_allclose(torque[:, same], oracle[:, same], rtol=1e-6, atol=1e-6)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from result_files import paths, some_paths
 
 from scapulohumeral.ocp.solution import read_solution
 
@@ -24,20 +25,14 @@ LARGEST_ARM_RMSE_DEG = 5.0
 @pytest.fixture(scope="module")
 def predictions(files) -> list[Path]:
     """Solutions <participant>/<condition>.npz."""
-    return _paths(files, "predictions")
+    return some_paths(files, "predictions")
 
 
 @pytest.fixture(scope="module")
-def table(files, predictions: list[Path]) -> pd.DataFrame:
+def table(files) -> pd.DataFrame:
     """One row per prediction and plane."""
-    if not predictions:
-        pytest.skip("the study has no prediction")
-    return pd.read_csv(_paths(files, "prediction_summary")[0])
-
-
-def _paths(files, name: str) -> list[Path]:
-    value = files[name]
-    return [Path(value)] if isinstance(value, str) else [Path(path) for path in value]
+    some_paths(files, "predictions")
+    return pd.read_csv(paths(files, "prediction_summary")[0])
 
 
 def test_every_prediction_has_a_row_per_plane(table: pd.DataFrame, predictions: list[Path]) -> None:
@@ -78,12 +73,11 @@ def test_predictions_have_quantities_if_and_only_if_they_are_solved(table: pd.Da
 
 
 def test_every_daily_task_has_a_row_and_a_distance_where_it_is_solved(files) -> None:
-    if not (found := _paths(files, "against_tasks")):
-        pytest.skip("the study predicts no daily task")
-    rows = pd.read_csv(found[0]).set_index(["participant", "task"])
-    paths = _paths(files, "task_predictions")
-    assert sorted(rows.index) == sorted((p.parents[1].name, p.parent.name) for p in paths)
-    for path in paths:
+    tasks = some_paths(files, "task_predictions")
+    [against] = paths(files, "against_tasks")
+    rows = pd.read_csv(against).set_index(["participant", "task"])
+    assert sorted(rows.index) == sorted((p.parents[1].name, p.parent.name) for p in tasks)
+    for path in tasks:
         about = read_solution(path, allow_failed=True).header
         row = rows.loc[(about["participant"], path.parent.name)]
         assert row.status == about["status"], path
@@ -94,7 +88,7 @@ def test_every_daily_task_has_a_row_and_a_distance_where_it_is_solved(files) -> 
 
 
 def test_rhythm_has_every_phase_of_every_solved_prediction(files, table: pd.DataFrame) -> None:
-    rhythm = pd.read_csv(_paths(files, "rhythm")[0])
+    rhythm = pd.read_csv(paths(files, "rhythm")[0])
     # Recordings stand beside the predictions.
     rhythm = rhythm[rhythm.condition != "recorded"]
     keys = ["participant", "condition", "plane"]
@@ -106,7 +100,7 @@ def test_rhythm_has_every_phase_of_every_solved_prediction(files, table: pd.Data
 
 def test_intervals_of_scalers_hold_the_truth_they_are_said_to(files, repository: Path) -> None:
     """Judged from the plant's own file; an interval that fails more often than not is none."""
-    for path in _paths(files, "calibrations"):
+    for path in some_paths(files, "calibrations"):
         document = json.loads(path.read_text(encoding="utf-8"))
         assert document["emg_simulated"] == (not _measured_trials(files, path.stem))
         if not document["emg_simulated"] or document["status"] == "failed":
@@ -127,17 +121,14 @@ def test_intervals_of_scalers_hold_the_truth_they_are_said_to(files, repository:
 
 def _measured_trials(files, participant: str) -> dict[str, str]:
     """Trials whose EMG was measured, by the participant's own file."""
-    [own] = [path for path in _paths(files, "participants") if path.parent.name == participant]
+    [own] = [path for path in paths(files, "participants") if path.parent.name == participant]
     document = yaml.safe_load(own.read_text(encoding="utf-8"))
     return document.get("emg", {"trials": {}})["trials"]
 
 
 def test_every_channel_of_every_task_is_compared(files) -> None:
-    tables = _paths(files, "validation")
-    if not tables:
-        pytest.skip("the study has no daily task")
-    table = pd.read_csv(tables[0])
-    channels = pd.read_csv(_paths(files, "channels")[0]).channel
+    table = pd.read_csv(some_paths(files, "validation")[0])
+    channels = pd.read_csv(paths(files, "channels")[0]).channel
     counts = table.groupby(["participant", "task"]).channel.nunique()
     assert (counts == len(channels)).all()
     assert {"rmse_generic", "rmse_calibrated"} <= set(table.columns)
@@ -145,7 +136,7 @@ def test_every_channel_of_every_task_is_compared(files) -> None:
 
 def test_simulated_envelopes_say_so(files) -> None:
     """Paths are <participant>/<trial>_envelope.csv; what was measured, the participant says."""
-    for path in _paths(files, "envelopes"):
+    for path in some_paths(files, "envelopes"):
         trial = path.stem.removesuffix("_envelope")
         measured = trial in _measured_trials(files, path.parent.name)
         assert set(pd.read_csv(path).simulated) == {not measured}, path

@@ -4,10 +4,10 @@ Run by the rule test_results.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from recorded_tasks import with_all_tasks
+from result_files import paths
 
 from simulated_persons.drawing.study import load_study
 from simulated_persons.drawing.trials import simulated
@@ -18,17 +18,12 @@ pytestmark = pytest.mark.results
 PERSONS, ABLE = 3, 2  # of each participant, of whom some may be weak
 
 
-def several(given: str | list[str]) -> list[str]:
-    """An input of the rule, which is no list if it is one file."""
-    return [given] if isinstance(given, str) else list(given)
-
-
 def test_persons_follow_and_keep_recorded_movements(files) -> None:
-    folders = with_all_tasks(Path(path) for path in several(files["recordings"]))
+    folders = with_all_tasks(paths(files, "recordings"))
     if not folders:
         pytest.skip("no participant has the elevations that simulated persons repeat")
     [participants], names = {folder.parent for folder in folders}, [f.name for f in folders]
-    results = Path(several(files["models"])[0]).parents[1]
+    results = paths(files, "models")[0].parents[1]
     study = load_study(results, participants, names)
     for name in names:
         plans = [

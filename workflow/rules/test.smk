@@ -29,6 +29,7 @@ rule test_solutions:
             "tests/results/test_simulated_persons.py",
             "tests/support/recorded_tasks.py",
             "tests/support/reintegration.py",
+            "tests/support/result_files.py",
         ],
         code=code_of(
             "scapulohumeral.errors",
@@ -85,7 +86,8 @@ rule test_results:
         tests=sorted(
             {str(path) for path in Path("tests/results").glob("*.py")}
             - set(rules.test_solutions.input.tests)
-        ),
+        )
+        + ["tests/support/result_files.py"],
         code=code_of(
             "scapulohumeral.errors",
             "scapulohumeral.ocp.solution",

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arm import parameters
+from scipy.optimize import minimize
 from small_arm import small_motion
 
 from scapulohumeral.dynamics.hill import HillConstants, MuscleParameters
@@ -18,6 +19,7 @@ from scapulohumeral.model.rotations import (
     trial_to_pose,
 )
 from scapulohumeral.ocp.cost_terms import pose_errors
+from scapulohumeral.problems.least_joint_force import least_joint_force
 from scapulohumeral.problems.static_posture import (
     REACTION_N,
     Posture,
@@ -122,3 +124,37 @@ def test_arm_stays_and_the_posture_is_in_equilibrium(posture):
     balance = balance + posture.forces.generalised(q, still, free.activation[None], posture.muscles)
     assert np.abs(balance[0, :10]).max() < 1e-4
     assert np.abs(balance[0, 10:]).max() < 1e-2
+
+
+def unbalanced(posture, reaction_n, activation):
+    """Left sides (13,) of the equations of the pose at rest [N m, N]."""
+    z = np.concatenate([POSE, np.zeros(20), reaction_n])[None]
+    pulled = posture.forces.generalised(
+        POSE[None], np.zeros((1, 10)), activation[None], posture.muscles
+    )
+    return (posture.forces.dynamics.residual(z, posture.parameters) + pulled)[0]
+
+
+def test_least_joint_force_is_that_of_a_general_optimiser(posture):
+    """Equations are linear in reaction and activations, so units tell all of them."""
+    rest = unbalanced(posture, np.zeros(3), np.zeros(20))
+    units = [unbalanced(posture, unit, np.zeros(20)) - rest for unit in REACTION_N * np.eye(3)]
+    units += [unbalanced(posture, np.zeros(3), unit) - rest for unit in np.eye(20)]
+    equations = np.array(units).T
+    found = minimize(
+        lambda x: x[:3] @ x[:3] / 2,
+        np.concatenate([np.zeros(3), np.full(20, 0.3)]),
+        jac=lambda x: np.concatenate([x[:3], np.zeros(20)]),
+        bounds=[(None, None)] * 3 + [(0.0, 1.0)] * 20,
+        constraints={
+            "type": "eq",
+            "fun": lambda x: rest + equations @ x,
+            "jac": lambda _: equations,
+        },
+        method="SLSQP",
+        options={"ftol": 1e-10, "maxiter": 500},
+    )
+    assert found.success
+    expected = REACTION_N * np.linalg.norm(found.x[:3])
+    assert expected > 1.0
+    assert least_joint_force(posture, POSE) == pytest.approx(expected, rel=0.02)

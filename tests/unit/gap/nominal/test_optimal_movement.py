@@ -4,15 +4,30 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_movement import NODES, SETUP, small_movement
+from gap_movement import NODES, SETTINGS, SETUP, small_movement, small_record
+from small_arm import small_muscles
+from small_posed import WEIGHTS, small_model
 
 from scapulohumeral.dynamics.parameters import pack
 from scapulohumeral.errors import SolveError
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.nominal import optimal_movement
 from scapulohumeral.gap.nominal.loaded_collocation import body_bounds
-from scapulohumeral.gap.nominal.optimal_movement import HASTY, PATIENT, gh_elevation, with_state
-from scapulohumeral.model.rotations import quaternion_multiply, rotation_vector_to_quaternion
+from scapulohumeral.gap.nominal.optimal_movement import (
+    HASTY,
+    PATIENT,
+    gh_elevation,
+    movement,
+    with_state,
+)
+from scapulohumeral.gap.nominal.participant_model import ParticipantModel
+from scapulohumeral.model.record import PointRecord
+from scapulohumeral.model.rotations import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    rotation_vector_to_quaternion,
+)
+from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solving.solver import Start
 
@@ -175,3 +190,52 @@ def test_external_torque_acts_like_a_spring_of_the_model(quaternion_equations):
     np.testing.assert_allclose(external, sprung, atol=1e-9)
     stiff = EFFECTS["body/passive_gh"].apply(slack, np.array([10.0, 5.0]))
     assert np.all(np.sum(stiff.external_Nm[:, 6:9] * move.body.gh_lift, axis=1) < 0.0)
+
+
+@pytest.fixture
+def participant(quaternion_equations) -> ParticipantModel:
+    """The small arm as a participant whose thorax is far from the scapula."""
+    model = small_model(quaternion_equations)
+    contact = model.record.constants.scapulothoracic_contact
+    markers = {name: PointRecord("scapula_r", (-0.1, 0.0, 0.0)) for name in contact.points}
+    thorax = {"centre_m": [0.0, 0.0, -1.0], "radii_m": [0.1, 0.1, 0.1]}
+    record = replace(model.record, markers=markers)
+    return ParticipantModel(record, thorax, model.forces, small_muscles(), "small")
+
+
+def cost(move, q: np.ndarray, activation: np.ndarray) -> float:
+    """Objective at rest in poses (N, 13), with as much excitation as activation (M,)."""
+    nodes = len(q)
+    each = np.tile(activation, (nodes, 1))
+    still = np.zeros((nodes, 10))
+    press = np.tile([-50.0, 0.0, 0.0], (nodes, 1))
+    point = move.set_up.layout.join(Trajectory(q, still, each, each, press))
+    return move.set_up.objective(point)
+
+
+def test_predictions_leave_the_girdle_free_and_tracking_does_not(participant) -> None:
+    """The scapula turns by 0.1 rad under the same humerus."""
+    record = small_record()
+    settings = replace(SETTINGS, weights={**WEIGHTS, "stability": 0.0})
+    turned, turn = record.pose.copy(), rotation_vector_to_quaternion([0.0, 0.1, 0.0])
+    turned[:, 4:8] = quaternion_multiply(record.pose[:, 4:8], turn)
+    turned[:, 8:12] = quaternion_multiply(quaternion_conjugate(turn), record.pose[:, 8:12])
+    idle = np.zeros(3)
+    predicted = movement(participant, record, replace(settings, view="prediction"))
+    assert cost(predicted, turned, idle) == pytest.approx(cost(predicted, record.pose, idle))
+    tracked = movement(participant, record, settings)
+    assert cost(tracked, turned, idle) > cost(tracked, record.pose, idle) + 0.1
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_effort_counts_the_strength_of_a_muscle_to_the_power_of_the_study(
+    participant, exponent: float
+) -> None:
+    """By hand: excitations, equal to activations here, count for a hundredth of the whole."""
+    record = small_record()
+    weights = {**WEIGHTS, "stability": 0.0, "activation": 3.0, "strength_exponent": exponent}
+    move = movement(participant, record, replace(SETTINGS, weights=weights))
+    activation = np.array([0.2, 0.5, 0.3])
+    effort = cost(move, record.pose, activation) - cost(move, record.pose, np.zeros(3))
+    strength = (small_muscles().max_isometric_force / 150.0) ** exponent
+    assert effort == pytest.approx(3.0 * strength @ activation**2 * record.duration_s)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from skeleton import muscle, uneven_record
 
 from scapulohumeral.model.muscle_paths import authors_fit
@@ -104,3 +105,45 @@ def test_draws_are_as_many_as_asked_for_within_the_authors_limits(monkeypatch):
     assert first[:, [0, 4]].min() >= 0.8
     assert first[:, 12].min() > 0.3
     np.testing.assert_allclose(np.linalg.norm(first[:, :4], axis=1), 1.0)
+
+
+def placed(angles, body_point):
+    """Where a point of the scapula is in the thorax (P, 3), by turning one joint after another."""
+    sc1, ac1 = (np.array(RECORD.joints[name].location_m) for name in ("sc1", "ac1"))
+    clavicle = Rotation.from_euler("YZX", angles[:, :3])
+    scapula = clavicle * Rotation.from_euler("YZX", angles[:, 3:6])
+    return sc1 + clavicle.apply(ac1) + scapula.apply(body_point)
+
+
+def level(points, centre, radii):
+    return (((points - np.array(centre)) / np.array(radii)) ** 2).sum(axis=1) - 1.0
+
+
+def test_scapulae_far_from_the_thorax_and_raised_arms_are_left_out():
+    angles = np.random.default_rng(5).uniform(-0.9, 0.9, (400, 10))
+    angles[:, 7] = np.random.default_rng(6).uniform(0.1, 3.0, 400)
+    thorax = authors_fit.THORAX_CENTRE_M, authors_fit.THORAX_RADII_M
+    points = authors_fit.CONTACT_POINTS_M.values()
+    distance = np.hypot(*(level(placed(angles, point), *thorax) for point in points))
+    near = np.abs(distance - 0.45) < 1.2
+    low = np.rad2deg(angles[:, 7]) <= 140.0
+    # Each limit leaves some out on its own.
+    assert 0 < np.count_nonzero(near & ~low)
+    assert 0 < np.count_nonzero(low & ~near) < np.count_nonzero(low)
+    found = authors_fit._is_near_thorax(RECORD, trial_to_pose(angles))
+    np.testing.assert_array_equal(found, near & low)
+
+
+def test_serratus_may_not_begin_inside_of_what_it_wraps_over():
+    angles = np.random.default_rng(7).uniform(-0.9, 0.9, (400, 10))
+    [ball] = [surface for surface in RECORD.wrap_objects if surface.name == "ball"]
+    end = [-0.02, 0.04, 0.01]
+    reach = np.linalg.norm(placed(np.zeros((1, 10)), end) - np.array(ball.translation_m))
+    surface = replace(ball, dimensions_m=(2.0 * reach, 0.5 * reach, reach))
+    record = replace(RECORD, wrap_objects=(surface,))
+    expected = level(placed(angles, end), surface.translation_m, surface.dimensions_m) >= 0.0
+    assert 0 < np.count_nonzero(expected) < len(expected)
+    found = authors_fit._is_outside(record, trial_to_pose(angles))
+    np.testing.assert_array_equal(found, expected)
+    straight = replace(record, muscles=(STRAIGHT,))
+    assert authors_fit._is_outside(straight, trial_to_pose(angles)).all()

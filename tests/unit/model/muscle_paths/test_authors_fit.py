@@ -128,7 +128,7 @@ def test_scapulae_far_from_the_thorax_and_raised_arms_are_left_out():
     near = np.abs(distance - 0.45) < 1.2
     low = np.rad2deg(angles[:, 7]) <= 140.0
     # Each limit leaves some out on its own.
-    assert 0 < np.count_nonzero(near & ~low)
+    assert np.count_nonzero(near & ~low) > 0
     assert 0 < np.count_nonzero(low & ~near) < np.count_nonzero(low)
     found = authors_fit._is_near_thorax(RECORD, trial_to_pose(angles))
     np.testing.assert_array_equal(found, near & low)

@@ -1,10 +1,10 @@
 """The part of a participant's model that needs opensim, run as a process of its own.
 
-``python -m scapulohumeral.gap.nominal.opensim_process FOLDER [sample]`` reads
+``python -m scapulohumeral.gap.nominal.opensim_process FOLDER PROCESSES`` reads
 ``FOLDER/case/participant.yaml`` with its recordings and ``FOLDER/settings.json``, and writes
-``model.json`` there, and ``samples.npz`` if asked to sample, by the functions of the study. opensim
-and casadi cannot share a process. The trials that shape the model (fibre lengths, thorax surfaces)
-are named in the settings; muscles are sampled near all.
+``model.json`` there by the functions of the study, and ``samples.npz``, which so many processes
+sample side by side, if any do. opensim and casadi cannot share a process. The trials that shape the
+model (fibre lengths, thorax surfaces) are named in the settings; muscles are sampled near all.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 import opensim
 
 from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
+from scapulohumeral.gap.parallel import side_by_side
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.muscle_paths.opensim_sampling import sample_geometry
 from scapulohumeral.model.muscle_paths.pose_region import Region, draw_sample_angles
@@ -31,16 +32,15 @@ from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.tables import read_tables
 
 CASE = "case"
-SAMPLE = "sample"
 
 
-def build(folder: Path, sampled: bool) -> None:
+def build(folder: Path, processes: int) -> None:
     """Scale the model, record it as ``model.json``, and sample its muscles into ``samples.npz``.
 
     Parameters
     ----------
     folder : with the files named at the top of this module
-    sampled : whether muscles are sampled, which takes most of the time
+    processes : that sample muscles side by side, which takes most of the time; 0 samples nothing
 
     Raises
     ------
@@ -55,8 +55,8 @@ def build(folder: Path, sampled: bool) -> None:
     model = participant_model(tables, shaper, choices)
     record = model_record(model, shaper, tables, choices).with_masses(settings["segment_mass_kg"])
     write_record(record, folder / "model.json")
-    if sampled:
-        arrays = sample_muscles(model, record, participant, settings["geometry"])
+    if processes:
+        arrays = sample_muscles(model, record, participant, settings["geometry"], processes)
         np.savez(folder / "samples.npz", **arrays)
 
 
@@ -65,16 +65,19 @@ def sample_muscles(
     record: ModelRecord,
     participant: Participant,
     geometry: Mapping[str, Any],
+    processes: int,
 ) -> dict[str, Any]:
     """Paths of all muscles near the trials of a participant, as ``stages.geometry`` reads them.
 
-    All poses are for the fit: nobody looks at how good the fit of a case is.
+    All poses are for the fit: nobody looks at how good the fit of a case is. Each is sampled as if
+    it were alone, so samples do not depend on the number of processes.
 
     Parameters
     ----------
     model, record : of the participant
     participant : whose trials the poses are near
     geometry : keys of section ``geometry`` of the configuration
+    processes : see :func:`build`
     """
     angles = draw_sample_angles(
         participant,
@@ -85,14 +88,16 @@ def sample_muscles(
         lambda poses: is_clear(record, poses, geometry["clearance"]),
     )
     names = list(record.muscle_names)
-    samples = sample_geometry(model, trial_to_pose(angles), names)
+    parts = np.array_split(trial_to_pose(angles), processes)
+    found = side_by_side(sample_geometry, [(model, part, names) for part in parts], processes)
+    samples = {key: np.concatenate([part[key] for part in found]) for key in found[0]}
     held_out = np.zeros(len(angles), dtype=bool)
     return {"muscles": np.array(names), "angles": angles, "held_out": held_out, **samples}
 
 
 if __name__ == "__main__":
     try:
-        build(Path(sys.argv[1]), SAMPLE in sys.argv[2:])
+        build(Path(sys.argv[1]), int(sys.argv[2]))
     except (ConfigError, DataError, ModelError) as error:
         print(error, file=sys.stderr)
         sys.exit(REFUSED)

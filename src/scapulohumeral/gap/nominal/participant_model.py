@@ -54,8 +54,6 @@ FORMULATION = "quaternion"
 OPENSIM_STAGE = "scapulohumeral.gap.nominal.opensim_process"
 GEOMETRY_STAGE = "scapulohumeral.stages.geometry"
 THORAX_STAGE = "scapulohumeral.stages.thorax"
-# Argument with which the process also samples muscles.
-SAMPLE = "sample"
 # Name of the participant in its cached model: the real one must not influence anything.
 CASE = "case"
 GEOMETRY_FILE = "geometry.npz"
@@ -287,7 +285,7 @@ def _build(
         (folder / name).write_text(text, encoding="utf-8")
     known = paths.is_dir()
     log.info("muscle geometry %s: %s", paths.name, "known" if known else "sampled and fitted")
-    _run_opensim(folder, sampled=not known)
+    _run_opensim(folder, 0 if known else case.threads)
     _cached(paths, lambda target: _fit(folder, target, settings.geometry))
     shutil.copy(paths / GEOMETRY_FILE, folder / GEOMETRY_FILE)
     recordings = [folder / CASE / f"{name}.csv" for name in _shaping_trials(case)]
@@ -311,9 +309,9 @@ def _fit(folder: Path, paths: Path, geometry: Mapping[str, Any]) -> None:
     (folder / "samples.npz").unlink()
 
 
-def _run_opensim(folder: Path, sampled: bool) -> None:
+def _run_opensim(folder: Path, processes: int) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", OPENSIM_STAGE, str(folder), *([SAMPLE] if sampled else [])],
+        [sys.executable, "-m", OPENSIM_STAGE, str(folder), str(processes)],
         capture_output=True,
         text=True,
         check=False,

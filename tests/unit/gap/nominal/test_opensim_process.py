@@ -40,7 +40,7 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
         },
     }
     (tmp_path / "settings.json").write_text(json.dumps(settings))
-    build(tmp_path, sampled=True)
+    build(tmp_path, processes=2)
     record = read_record(tmp_path / "model.json")
     humerus, scapula = (record.segments[name] for name in ("humerus_r", "scapula_r"))
     assert humerus.mass_kg == 2.0
@@ -49,6 +49,13 @@ def test_a_case_gets_its_own_masses_and_samples(tmp_path):
     base, scale = read_tables(tables).segments["humerus_r"], document["scale"]["humerus_r"][0]
     gyration = base.inertia_kgm2[1] / base.mass_kg * scale**2
     assert humerus.inertia_kgm2[1] / 2.0 == pytest.approx(gyration)
-    with np.load(tmp_path / "samples.npz") as samples:
-        assert samples["length_m"].shape == (6, len(record.muscles))
-        assert not samples["held_out"].any()
+    with np.load(tmp_path / "samples.npz") as data:
+        samples = dict(data)
+    assert samples["length_m"].shape == (6, len(record.muscles))
+    assert not samples["held_out"].any()
+    # Samples are those of one process, to the last bit.
+    build(tmp_path, processes=1)
+    with np.load(tmp_path / "samples.npz") as alone:
+        assert set(alone) == set(samples)
+        for name, values in samples.items():
+            np.testing.assert_array_equal(alone[name], values, err_msg=name)

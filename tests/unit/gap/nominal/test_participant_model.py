@@ -11,7 +11,12 @@ from places import REPOSITORY
 
 from scapulohumeral.gap.nominal import participant_model as nominal
 from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
-from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel, make_case
+from scapulohumeral.gap.recording.case import (
+    DEFAULT_THREADS,
+    GapParticipant,
+    ScaledModel,
+    make_case,
+)
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
 from scapulohumeral.model.participant_schema import SCALED_SEGMENTS
 
@@ -26,7 +31,9 @@ def runs(monkeypatch):
     """Whether each run of the process of opensim had to sample; what it writes is nonsense."""
     asked = []
 
-    def run(folder, sampled):
+    def run(folder, processes):
+        assert processes in (0, DEFAULT_THREADS)
+        sampled = processes > 0
         asked.append(sampled)
         (folder / "model.json").write_text("{}")
         if sampled:

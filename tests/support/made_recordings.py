@@ -118,7 +118,9 @@ def write_c3d(
     file.write(str(path))
 
 
-def write_trc(path: Path, points: Mapping[str, np.ndarray], unit: str = "mm") -> None:
+def write_trc(
+    path: Path, points: Mapping[str, np.ndarray], unit: str = "mm", start_s: float = 0.0
+) -> None:
     """Write markers (T, 3) [m] as TRC; empty cells where not seen."""
     scale = {"mm": 1e3, "m": 1.0}.get(unit, 1.0)
     count, frames = len(points), len(next(iter(points.values())))
@@ -133,7 +135,7 @@ def write_trc(path: Path, points: Mapping[str, np.ndarray], unit: str = "mm") ->
     for k in range(frames):
         cells = np.concatenate([track[k] for track in points.values()]) * scale
         text = ["" if np.isnan(cell) else f"{cell:.6f}" for cell in cells]
-        lines.append("\t".join([str(k + 1), f"{k / RATE_HZ:.5f}", *text]))
+        lines.append("\t".join([str(k + 1), f"{start_s + k / RATE_HZ:.5f}", *text]))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

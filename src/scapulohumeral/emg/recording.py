@@ -20,7 +20,7 @@ from scapulohumeral.model.rotations import Array
 
 # A 4 Hz envelope has settled after a quarter of a second; shorter recordings are all ends.
 SHORTEST_S = 1.0
-VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
+VOLTS = {"V": 1.0, "Volts": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +132,8 @@ def _c3d_column(path: Path, label: str, found: Sequence[str]) -> int:
 
 
 def _volts_per_unit(path: Path, label: str, unit: str) -> float:
+    # The micro sign and the Greek letter look the same.
+    unit = unit.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")
     if unit not in VOLTS:
         raise DataError(
             f"{path}, channel {label}: unit '{unit}'; expected {', '.join(VOLTS)}. "

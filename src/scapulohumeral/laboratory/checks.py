@@ -11,15 +11,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
+from scapulohumeral.laboratory.markers.landmarks import Misfits
 from scapulohumeral.laboratory.trial import Converted
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
-from scapulohumeral.model.tables import ModelTables
+from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.rotations import (
+    ANGLE_NAMES,
+    Array,
+    pose_to_trial,
+    relative_angle,
+    segment_orientations,
+    trial_to_pose,
+)
+from scapulohumeral.model.tables import Coordinate, ModelTables
 
 FAULT, NOTE = "fault", "note"
 # How far beyond the model's range an angle is worth a note, and how far it cannot be. Persons and
 # markers on skin differ by 10 deg; the worst of the recordings that this was tried on by 25.
 NOTEWORTHY_RAD = np.deg2rad(10.0)
 IMPOSSIBLE_RAD = np.deg2rad(60.0)
+# Sine of the elevation of the humerus on the scapula from which its axial rotation has one form.
+UNIQUE_SINE = 0.5
 
 
 @dataclass(frozen=True)
@@ -29,20 +40,27 @@ class Limits:
     Attributes
     ----------
     tilt_deg : of the thorax from the vertical; nobody leans as far in an arm task
+    longest_step_s : between frames: arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so
+        nobody samples it below 5 Hz; in milliseconds steps are longer than this up to 5 kHz
     epicondyles_m : least and largest distance of EL and EM, markers on skin included; elbows of
         adults are 0.05 to 0.09 m wide
     thorax_change_m : of the distances between thorax landmarks against the other trials
     length_change_m : of any segment within a trial, standard deviation
     session_change_m : of the median length of a segment against the other trials
+    cluster_m : root mean square by which markers of a cluster leave the rigid one, over the trial:
+        worth a look, and too much. Plates stay below a millimetre, markers on the skin of the upper
+        arm move by some millimetres against each other; exchanged ones by the size of the cluster
     jump_deg_per_s : clavicle and scapula in the thorax; in fast arm motions they turn at 250 deg/s
     arm_jump_deg_per_s : humerus in the thorax; throwing is slower about every axis but its own
     """
 
     tilt_deg: float = 45.0
+    longest_step_s: float = 0.2
     epicondyles_m: tuple[float, float] = (0.04, 0.12)
     thorax_change_m: float = 0.03
     length_change_m: float = 0.01
     session_change_m: float = 0.02
+    cluster_m: tuple[float, float] = (0.003, 0.01)
     jump_deg_per_s: float = 1000.0
     arm_jump_deg_per_s: float = 2500.0
 
@@ -137,6 +155,30 @@ def _epicondyles(points: Points, limits: Limits) -> list[Finding]:
     return [Finding("epicondyles_apart", FAULT, text)]
 
 
+def check_clusters(misfits: Misfits, limits: Limits) -> list[Finding]:
+    """Findings of clusters whose markers are not where the static trial has them.
+
+    Parameters
+    ----------
+    misfits : cluster -> marker -> (T,) [m] from the rigid cluster that fits best
+    limits : Limits
+    """
+    found = []
+    noteworthy, faulty = limits.cluster_m
+    for name, markers in misfits.items():
+        squares = {label: float(np.mean(away**2)) for label, away in markers.items()}
+        size = float(np.sqrt(np.mean(list(squares.values()))))
+        if size > noteworthy:
+            worst = max(squares, key=squares.__getitem__)
+            text = (
+                f"cluster {name}: markers leave its shape in the static trial by "
+                f"{1e3 * size:.1f} mm RMS, {worst} most; expected at most "
+                f"{1e3 * noteworthy:.0f} mm. One was knocked, exchanged, or put on again"
+            )
+            found.append(Finding("cluster_bent", FAULT if size > faulty else NOTE, text))
+    return found
+
+
 def _thorax_moves(points: Points, limits: Limits) -> list[Finding]:
     """Thorax landmarks that leave each other within a trial."""
     found = []
@@ -189,25 +231,37 @@ def check_session(
     return found
 
 
-def check_motion(converted: Converted, tables: ModelTables, limits: Limits) -> list[Finding]:
-    """Jumps of segments, and angles outside of the ranges of the model."""
-    found = []
+def check_motion(motion: Motion, tables: ModelTables, limits: Limits) -> list[Finding]:
+    """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
+    pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
+    found = _rate(float(np.median(steps)), limits)
     allowed = {
-        "clavicle_r": ("clavicle_jumps", limits.jump_deg_per_s),
-        "scapula_r": ("scapula_jumps", limits.jump_deg_per_s),
-        "humerus_r": ("humerus_jumps", limits.arm_jump_deg_per_s),
+        "clavicle": limits.jump_deg_per_s,
+        "scapula": limits.jump_deg_per_s,
+        "humerus": limits.arm_jump_deg_per_s,
     }
-    for segment, (name, limit) in allowed.items():
-        speed = turning_speed(converted.rotations[segment], converted.rate_hz)
-        if speed.size and speed.max() > limit:
+    for segment, quaternion in segment_orientations(pose).items():
+        turn = np.rad2deg(relative_angle(quaternion[:-1], quaternion[1:]))
+        speed, limit = turn / steps, allowed[segment]
+        if speed.max() > limit:
             k = int(speed.argmax())
             text = (
-                f"{segment.removesuffix('_r')} turns by {speed[k] / converted.rate_hz:.1f} deg "
-                f"between frames {k + 1} and {k + 2} ({speed[k]:.0f} deg/s); expected at most "
-                f"{limit:.0f} deg/s. Look for swapped markers of it or of the thorax there"
+                f"{segment} turns by {turn[k]:.1f} deg between frames {k + 1} and {k + 2} "
+                f"({speed[k]:.0f} deg/s); expected at most {limit:.0f} deg/s. Look for swapped "
+                "markers of it or of the thorax there"
             )
-            found.append(Finding(name, FAULT, text))
-    return found + _out_of_range(converted, tables)
+            found.append(Finding(f"{segment}_jumps", FAULT, text))
+    return found + _out_of_range(pose, tables)
+
+
+def _rate(step_s: float, limits: Limits) -> list[Finding]:
+    if step_s <= limits.longest_step_s:
+        return []
+    text = (
+        f"steps of {step_s:g} s between frames; expected {limits.longest_step_s} s or less, as arm "
+        "motion needs. If times are milliseconds or numbers of frames, make them seconds"
+    )
+    return [Finding("slow_rate", FAULT, text)]
 
 
 def check_coordinates(missing: Sequence[str]) -> list[Finding]:
@@ -218,19 +272,24 @@ def check_coordinates(missing: Sequence[str]) -> list[Finding]:
     return [Finding("coordinates_missing", NOTE, text)]
 
 
-def turning_speed(rotation: Array, rate_hz: float) -> Array:
-    """Angle between neighbouring frames times the rate, (T - 1,) [deg/s], of (T, 3, 3)."""
-    step = np.einsum("tji,tji->t", rotation[1:], rotation[:-1])
-    return np.rad2deg(np.arccos(np.clip((step - 1.0) / 2.0, -1.0, 1.0))) * rate_hz
+def _out_of_range(pose: Array, tables: ModelTables) -> list[Finding]:
+    """Angles beyond the ranges of the model, of poses (T, 13).
 
-
-def _out_of_range(converted: Converted, tables: ModelTables) -> list[Finding]:
-    """Angles beyond the ranges of the model; those of the humerus have no unique form."""
+    Of the humerus only its axial rotation has a range, where the arm is neither down nor up: there
+    it has one form. Epicondyles that are exchanged turn it by 180 deg, and nothing else shows it.
+    """
     found = []
+    angles = pose_to_trial(pose)
+    tilted = np.abs(np.sin(angles[:, ANGLE_NAMES.index("GH_z")])) > UNIQUE_SINE
     for i, name in enumerate(ANGLE_NAMES):
-        coordinate, angle = tables.coordinates[name], converted.angles_rad[:, i]
-        beyond = float(max(coordinate.min_rad - angle.min(), angle.max() - coordinate.max_rad))
-        if name.startswith(("SC", "AC", "EL")) and beyond > NOTEWORTHY_RAD:
+        coordinate, angle = tables.coordinates[name], angles[:, i]
+        if name == "GH_yy":
+            middle = (coordinate.min_rad + coordinate.max_rad) / 2.0
+            angle = middle + np.angle(np.exp(1j * (angle[tilted] - middle)))
+        elif name.startswith("GH"):
+            continue
+        beyond = _beyond(angle, coordinate)
+        if beyond > NOTEWORTHY_RAD:
             low, high = np.rad2deg([coordinate.min_rad, coordinate.max_rad])
             text = (
                 f"{name} reaches {np.rad2deg(angle.min()):.0f} to {np.rad2deg(angle.max()):.0f} "
@@ -242,3 +301,10 @@ def _out_of_range(converted: Converted, tables: ModelTables) -> list[Finding]:
             else:
                 found.append(Finding("outside_model_range", NOTE, text))
     return found
+
+
+def _beyond(angle: Array, coordinate: Coordinate) -> float:
+    """How far angles leave a range [rad]; below zero inside."""
+    if not angle.size:
+        return -np.inf
+    return float(max(coordinate.min_rad - angle.min(), angle.max() - coordinate.max_rad))

@@ -13,6 +13,7 @@ from scapulohumeral.laboratory.checks import (
     FAULT,
     Finding,
     Limits,
+    check_clusters,
     check_coordinates,
     check_motion,
     check_points,
@@ -148,7 +149,7 @@ def convert_orientations(
             files=(orientation_map.path,),
             settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
         )
-        findings = check_motion(converted, settings.tables, settings.limits)
+        findings = check_motion(converted.motion, settings.tables, settings.limits)
         return Outcome(file, file.stem, converted, source, tuple(findings), {})
 
     return _outcomes(files, convert, progress)
@@ -190,7 +191,8 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
     raw = convert_segments(segments, settings.tables)
     findings = [
         *check_points(landmarks.points, landmarks.up, raw, settings.limits),
-        *check_motion(raw, settings.tables, settings.limits),
+        *check_motion(raw.motion, settings.tables, settings.limits),
+        *check_clusters(landmarks.misfits, settings.limits),
         *check_coordinates(landmarks.missing),
     ]
     lengths = segment_lengths(landmarks.points)

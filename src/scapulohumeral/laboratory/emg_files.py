@@ -38,9 +38,12 @@ from scapulohumeral.laboratory.participant import (
     is_of_study,
     participant_document,
 )
-from scapulohumeral.model.csv_table import first_line_names
+from scapulohumeral.model.csv_table import first_line_names, read_numbers
+from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
+# Ends of EMG and motion of the same frames differ by less: a frame, and a sample of the envelope.
+SAME_CLOCK_S = 0.05
 # Names become columns of a table: no separator, quote or line break.
 _NAME = {
     "type": "string",
@@ -316,6 +319,29 @@ def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[st
     columns = [f"EMG_{name}" for name in names]
     write_signals(table, columns, envelopes.time_s, envelopes.values[:, kept], envelopes.simulated)
     return names
+
+
+def clocks_apart(envelopes: Envelopes, table: Path, delay_s: float) -> str:
+    """What is to be said of clocks of EMG and motion, empty if nothing.
+
+    Both were cut at the same frames if both ends are apart by as much. A C3D file counts from its
+    first frame, another export of the same trial may keep the clock of the whole recording.
+
+    Parameters
+    ----------
+    envelopes : as processed with `delay_s`; table : of the trial, which need not be there
+    """
+    if not table.is_file():
+        return ""
+    motion_s = read_numbers(table, (TIME_COLUMN,))[[0, -1], 0]
+    apart = envelopes.time_s[[0, -1]] - motion_s
+    if abs(np.diff(apart)[0]) > SAME_CLOCK_S or abs(apart.mean()) <= SAME_CLOCK_S:
+        return ""
+    return (
+        f"EMG from {envelopes.time_s[0]:.2f} s to {envelopes.time_s[-1]:.2f} s, {table.name} from "
+        f"{motion_s[0]:.2f} s to {motion_s[1]:.2f} s: if both are the same frames, their clocks "
+        f"differ; write delay_s: {delay_s + apart.mean():.2f} in the map"
+    )
 
 
 def describe(check: Check) -> str:

@@ -18,6 +18,7 @@ import yaml
 from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
+from scapulohumeral.laboratory.checks import FAULT, Limits, check_motion
 from scapulohumeral.laboratory.folders import make_folder
 from scapulohumeral.laboratory.record import read_record, record_path
 from scapulohumeral.model.motion import read_motion
@@ -244,7 +245,7 @@ def write_study_participant(
     # Before anything is written: one broken participant stops the study of all.
     check_schema(path, document, PARTICIPANT_SCHEMA, "see config/participants/README.md")
     for name, table in trials.items():
-        _check_trial(table, own / f"{name}.csv", document["trials"][name])
+        _check_trial(table, own / f"{name}.csv", document["trials"][name], tables)
     make_folder(own)
     for name, table in trials.items():
         _copy(table, own / f"{name}.csv")
@@ -310,11 +311,19 @@ def _entry_of(table: Path) -> dict[str, Any]:
     return entry if smoothed else entry | {"smooth_cutoff_hz": SMOOTH_CUTOFF_HZ}
 
 
-def _check_trial(table: Path, to: Path, entry: Mapping[str, Any]) -> None:
-    """Refuse a table that cannot be copied to its place, read, or smoothed as its entry says."""
+def _check_trial(table: Path, to: Path, entry: Mapping[str, Any], tables: ModelTables) -> None:
+    """Refuse a table that cannot be copied to its place, read, or smoothed as its entry says.
+
+    One that no conversion has judged is refused if no shoulder moves so.
+    """
     if table.resolve() == to.resolve():
         raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
     motion = read_motion(table)
+    if not read_record(table):
+        faults = [f for f in check_motion(motion, tables, Limits()) if f.severity == FAULT]
+        if faults:
+            wrong = "; ".join(fault.text for fault in faults)
+            raise DataError(f"{table}: {wrong}. Correct the table, or leave the trial out.")
     if "smooth_cutoff_hz" not in entry:
         return
     try:

@@ -123,6 +123,11 @@ class Converted:
     smoothed_hz: float | None = None
 
     @property
+    def motion(self) -> Motion:
+        """Its joint angles over time."""
+        return Motion(self.time_s, self.angles_rad)
+
+    @property
     def humeral_elevation_rad(self) -> Array:
         """Angle between the long axes of humerus and thorax, (T,)."""
         return humerus_elevation(self.rotations["humerus_r"])[1]
@@ -271,7 +276,7 @@ def smoothed(converted: Converted, cutoff_hz: float) -> Converted:
     ------
     DataError, ConfigError           see `smoothing.smooth_recording`
     """
-    motion = smooth_recording(Motion(converted.time_s, converted.angles_rad), cutoff_hz)
+    motion = smooth_recording(converted.motion, cutoff_hz)
     pose = trial_to_pose(motion.angles_rad)
     clavicle, ac, gh = (quaternion_to_matrix(pose[:, k : k + 4]) for k in (0, 4, 8))
     scapula = clavicle @ ac

@@ -71,9 +71,10 @@ def test_table_without_the_mark_is_measured(table: Path) -> None:
     assert not read_recording(table, CHANNELS).simulated
 
 
-def test_c3d_is_read_in_volts(tmp_path: Path) -> None:
+@pytest.mark.parametrize("micro", ["uV", "\N{MICRO SIGN}V", "\N{GREEK SMALL LETTER MU}V"])
+def test_c3d_is_read_in_volts(tmp_path: Path, micro: str) -> None:
     raw = signals() * [1e3, 1e6]
-    path = write_c3d(tmp_path / "raw.c3d", raw, ["mV", "uV", "N"])
+    path = write_c3d(tmp_path / "raw.c3d", raw, ["mV", micro, "N"])
     recording = read_recording(path, CHANNELS, {"infraspinatus": "EMG 5"})
     np.testing.assert_allclose(recording.volts, signals(), rtol=1e-5)
     assert recording.rate_hz == 2000.0

@@ -283,6 +283,8 @@ KINDS = (
     Bad("radians called degrees in .mot", as_mot("yes", in_radians),
         "columns AC_y, AC_z, AC_x", "inDegrees=no"),
     Bad("degrees called radians in .mot", as_mot("no"), "column SC_y", "inDegrees=yes"),
+    Bad("elbow bent the other way", table(lambda t: t.assign(EL_x=-t.EL_x - 60.0)),
+        "column EL_x", "Check axes"),
     Bad("scapula in radians", table(lambda t: t.assign(
         **{name: np.deg2rad(t[name]) for name in ANGLE_NAMES if name.startswith(("SC_", "AC_"))})),
         "columns AC_y, AC_z, AC_x", "degrees in all columns"),

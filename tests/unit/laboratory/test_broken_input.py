@@ -70,6 +70,12 @@ def edit(old: str, new: str) -> Callable[[Session], None]:
     return change
 
 
+def turned_humerus(session: Session) -> None:
+    """EL and EM exchanged, where no forearm contradicts them."""
+    swap("EL", "EM")(session)
+    edit(", US: mUS", "")(session)
+
+
 def missing_marker(session: Session) -> None:
     """A landmark has no marker in the file."""
     del session.points["AI"]
@@ -162,6 +168,7 @@ TABLE = [
     Broken("swapped epicondyle", swap("EM", "AI"), "epicondyles_apart"),
     Broken("swapped thorax", swap("IJ", "C7"), "look for swapped markers IJ, C7"),
     Broken("swapped scapula", swap("AA", "TS"), "impossible_posture"),
+    Broken("exchanged epicondyles, no forearm", turned_humerus, "impossible_posture: GH_yy"),
     Broken("swapped in one frame", one_frame_lost, "frame 41"),
     Broken("millimetres as metres", wrong_unit, "m apart with the unit 'm' of the file"),
     Broken("unknown unit", unknown_unit, "unit 'inch'; expected m, cm, mm"),

@@ -20,6 +20,7 @@ from scapulohumeral.laboratory.girdle_rules import (
 )
 from scapulohumeral.laboratory.joint_angles import elbow_flexion
 from scapulohumeral.laboratory.markers.files import read_markers
+from scapulohumeral.laboratory.markers.frames import scapula_frame
 from scapulohumeral.laboratory.markers.gaps import fill_gaps
 from scapulohumeral.laboratory.markers.glenohumeral import fit_centre, meskers_centre
 from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
@@ -192,6 +193,57 @@ def test_clusters_carry_landmarks_that_the_trial_does_not_show(tmp_path: Path) -
     assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
 
 
+@pytest.mark.parametrize(("moved_mm", "faulty"), [(0.0, False), (15.0, False), (60.0, True)])
+def test_a_knocked_marker_of_a_cluster_is_named(
+    tmp_path: Path, moved_mm: float, faulty: bool
+) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
+    made.write_c3d(
+        tmp_path / "static.c3d", made.marked({name: p[:20] for name, p in points.items()})
+    )
+    # Along a side of the triangle, as the scapula goes.
+    side = points["K3"] - points["K1"]
+    side = side / np.linalg.norm(side, axis=1, keepdims=True)
+    points["K3"] = points["K3"] + 1e-3 * moved_mm * side
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI")), text=CLUSTER_MAP)
+    bent = [finding for finding in outcome.findings if finding.name == "cluster_bent"]
+    assert len(bent) == (moved_mm > 0.0)
+    assert any(f.severity == "fault" for f in bent) == faulty
+    for finding in bent:
+        assert "cluster acromion: markers leave its shape" in finding.text
+        assert "mK3 most" in finding.text
+
+
+def test_one_frame_is_a_posture_that_sizes_are_taken_from(tmp_path: Path) -> None:
+    points = {name: p[:1] for name, p in made.landmarks(made.arm_angles(), MODEL).items()}
+    made.write_c3d(tmp_path / "static.c3d", made.marked(points))
+    calibration = calibrate(read_marker_map(made.write_map(tmp_path / "map.yaml")), MODEL)
+    with pytest.raises(DataError, match="one frame"):
+        read_landmarks(tmp_path / "static.c3d", calibration)
+    found = read_landmarks(tmp_path / "static.c3d", calibration, posture=True)
+    np.testing.assert_allclose(found.points["AI"], points["AI"], atol=1e-6)
+
+
+def test_landmarks_on_a_line_are_named_with_their_file(tmp_path: Path) -> None:
+    points = made.landmarks(made.arm_angles(), MODEL)
+    points |= {"PX": points["IJ"], "T8": points["C7"]}
+    made.write_c3d(tmp_path / "line.c3d", made.marked(points))
+    calibration = calibrate(read_marker_map(made.write_map(tmp_path / "map.yaml")), MODEL)
+    with pytest.raises(DataError, match=r"line\.c3d, frame 1: landmarks IJ, PX, C7, T8"):
+        read_landmarks(tmp_path / "line.c3d", calibration)
+
+
+def test_an_empty_row_before_the_numbers_of_a_trc_counts(tmp_path: Path) -> None:
+    file = tmp_path / "trial.trc"
+    made.write_trc(file, made.marked(made.landmarks(made.arm_angles(), MODEL)))
+    lines = file.read_text(encoding="utf-8").splitlines()
+    del lines[30]
+    file.write_text("\n".join([*lines[:5], "", *lines[5:]]) + "\n", encoding="utf-8")
+    with pytest.raises(DataError, match=r"row 32, column Time"):
+        read_markers(file)
+
+
 def test_swaying_with_hidden_markers_does_not_bend_a_cluster(tmp_path: Path) -> None:
     angles = made.arm_angles()
     points = with_cluster(angles)
@@ -225,6 +277,25 @@ def test_a_functional_centre_is_where_the_arm_turns(tmp_path: Path) -> None:
     assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
     assert outcome.source is not None
     assert "0.0 mm RMS" in outcome.source.settings["glenohumeral_centre"]
+
+
+def test_arms_that_rise_in_three_planes_have_a_functional_centre() -> None:
+    """Elevations to 120 deg with an arm that turns with its plane, and circles between them."""
+    up = np.concatenate([np.linspace(5.0, 120.0, 40), np.linspace(120.0, 5.0, 40)])
+    rises = [np.column_stack([np.full(80, p), up, np.full(80, -p)]) for p in (0.0, 45.0, 90.0)]
+    turn = np.linspace(0.0, 6.0 * np.pi, 200)
+    circles = np.column_stack([45.0 + 50.0 * np.sin(turn), 60.0 + 40.0 * np.cos(turn)])
+    circles = np.column_stack([circles, np.full(200, -45.0)])
+    humerus = np.deg2rad(np.concatenate([*rises, circles]))
+    angles = np.repeat(made.arm_angles()[:1], len(humerus), axis=0)
+    angles[:, 6:9] = humerus
+    points = made.landmarks(angles, MODEL)
+    scapula = scapula_frame(points)
+    local = {n: np.einsum("tji,tj->ti", scapula, points[n] - points["AA"]) for n in points}
+    # Skin slides by 5 mm as the arm rises: the centre is off by less.
+    slides = 0.005 * (humerus[:, 1] / humerus[:, 1].max())[:, None] * [0.6, 0.0, 0.8]
+    found = fit_centre("wide.c3d", [local["EL"] + slides, local["EM"] + slides], ["EL", "EM"])
+    assert np.linalg.norm(found.position_m - local["GH"][0]) < 0.005
 
 
 def test_a_functional_centre_needs_motion_about_two_axes() -> None:

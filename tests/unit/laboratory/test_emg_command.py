@@ -64,7 +64,23 @@ def session(
     ]  # fmt: skip
 
 
-def test_a_diagnosis_reads_what_was_written(tmp_path: Path) -> None:
+def test_another_clock_of_the_same_frames_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Markers exported as TRC keep the clock of the recording, of which this is a part."""
+    arguments = session(tmp_path, noise(4.0, np.ones(4), 3), 4.0)
+    points = made.marked(made.landmarks(made.arm_angles(400), made.tables()))
+    made.write_trc(tmp_path / "reach_r1.trc", points, start_s=0.8)
+    map_file = made.write_map(tmp_path / "map.yaml")
+    convert = ["convert", str(tmp_path / "reach_r1.trc"), "--map", str(map_file)]
+    assert cli.main([*convert, "--out", str(tmp_path / "out")]) == 0
+    assert cli.main(arguments) == 0
+    assert "clocks differ; write delay_s: -0.80 in the map" in capsys.readouterr().out
+
+
+def test_a_diagnosis_reads_what_was_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     level = np.array([0.1, 0.1, 0.5, 0.5, 0.1, 0.1])
     arguments = session(tmp_path, noise(4.0, level, 3), 4.0)
     (tmp_path / "out").mkdir()
@@ -72,7 +88,9 @@ def test_a_diagnosis_reads_what_was_written(tmp_path: Path) -> None:
     map_file = made.write_map(tmp_path / "map.yaml")
     trial = str(tmp_path / "reach_r1.c3d")
     assert cli.main(["convert", trial, "--map", str(map_file), "--out", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
     assert cli.main(arguments) == 0
+    assert "clocks" not in capsys.readouterr().out
     read, _ = read_trial(tmp_path / "out" / "reach_r1.csv", TrialEntry())
     assert read.emg is not None
     assert read.emg.channels == ("EMG_delt", "EMG_infra")

@@ -70,6 +70,21 @@ def test_a_motion_of_another_model_is_refused(tmp_path: Path, osim: Path) -> Non
     assert "expected coordinates of the model" in outcome.refusal
 
 
+def test_a_model_that_is_none_is_named_with_the_reason(tmp_path: Path) -> None:
+    write_motion(tmp_path / "a.mot", made.arm_angles(), "", "yes")
+    (tmp_path / "bad.osim").write_text("<xml>", encoding="utf-8")
+    with pytest.raises(
+        ModelError, match=r"bad\.osim: OpenSim cannot read it: \S.*Correct the model"
+    ):
+        convert(tmp_path, tmp_path / "bad.osim", [tmp_path / "a.mot"])
+
+
+def test_a_recording_of_markers_is_no_motion(tmp_path: Path, osim: Path) -> None:
+    made.write_c3d(tmp_path / "a.c3d", made.marked(made.landmarks(made.arm_angles(), MODEL)))
+    [outcome] = convert(tmp_path, osim, [tmp_path / "a.c3d"])
+    assert "'.c3d'; expected .mot or .sto" in outcome.refusal
+
+
 def test_a_marker_that_the_model_lacks_is_named(tmp_path: Path, osim: Path) -> None:
     write_motion(tmp_path / "a.mot", made.arm_angles(), "", "yes")
     (tmp_path / "map.yaml").write_text(MAP.replace("EL: EL", "EL: EpL"), encoding="utf-8")

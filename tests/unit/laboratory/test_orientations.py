@@ -107,6 +107,36 @@ def test_sensors_that_turn_nothing_are_refused(sensor: str, said: str, tmp_path:
         read_orientation_map(file)
 
 
+def test_a_clavicle_of_the_isb_has_no_axial_rotation_of_its_own(tmp_path: Path) -> None:
+    """Its X is square to the vertical of the thorax (Wu et al. 2005), however it is turned."""
+    angles = made.arm_angles()
+    frames = isb_orientations(angles)
+    z, up = frames["clav"][:, :, 2], frames["trunk"][:, :, 1]
+    x = np.cross(up, z)
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    frames["clav"] = np.stack([x, np.cross(z, x), z], axis=-1)
+    write(tmp_path / "trial.csv", frames, "matrix")
+    outcome = convert(tmp_path, MAP.format(side="right"))
+    assert outcome.converted is not None, outcome.refusal
+    # The scapula rests on the clavicle, which is what the rule assumes.
+    assert np.abs(np.rad2deg(outcome.converted.angles_rad - angles)).max() < 0.01
+    status = {name: c.status for name, c in outcome.converted.channels.items()}
+    assert {status[name] for name in ("SC_x", "AC_y", "AC_z", "AC_x")} == {"estimated"}
+    assert {status[name] for name in ("SC_y", "SC_z", "GH_yy", "EL_x")} == {"measured"}
+
+
+def test_times_in_milliseconds_are_noticed(tmp_path: Path) -> None:
+    write(tmp_path / "trial.csv", isb_orientations(made.arm_angles()), "quaternion")
+    table = np.loadtxt(tmp_path / "trial.csv", delimiter=",", skiprows=1)
+    header = (tmp_path / "trial.csv").read_text(encoding="utf-8").splitlines()[0]
+    table[:, 0] = 10.0 * np.arange(len(table))
+    np.savetxt(tmp_path / "trial.csv", table, delimiter=",", header=header, comments="", fmt="%.9f")
+    outcome = convert(tmp_path, MAP.format(side="right"))
+    assert [f.name for f in outcome.findings] == ["slow_rate"]
+    assert "steps of 10 s between frames" in outcome.findings[0].text
+    assert not outcome.usable
+
+
 def test_rounded_times_become_uniform_ones(tmp_path: Path) -> None:
     write(tmp_path / "trial.csv", isb_orientations(made.arm_angles()), "quaternion", decimals=3)
     outcome = convert(tmp_path, MAP.format(side="right"))

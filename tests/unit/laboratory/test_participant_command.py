@@ -4,6 +4,7 @@ from pathlib import Path
 
 import made_recordings as made
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from scipy.spatial.transform import Rotation
@@ -232,6 +233,12 @@ def test_a_participant_of_the_study_is_read_by_the_study(
     assert (again["reach"].hand_load_kg, again["reach"].daily_task) == (2.0, True)
     assert again["frontal"].hand_load_kg == 0.0
     assert read_channels(people / "ann" / "reach.csv")["SC_x"].status == "measured"
+    # No conversion speaks for this table, so it is looked at here.
+    turned = pd.read_csv(out / "reach.csv")
+    turned["AC_y_deg"] *= -1.0
+    turned.to_csv(out / "reach.csv", index=False)
+    assert cli.main(["participant", *static, *arguments, *more]) == 2
+    assert "reach.csv: AC_y reaches" in capsys.readouterr().err
 
 
 def test_a_smoothed_table_is_not_smoothed_again(tmp_path: Path) -> None:

@@ -25,15 +25,13 @@ from scapulohumeral.model.rotations import (
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.provenance import MODEL_TABLES
 
-# Arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so nobody samples it below 5 Hz; in
-# milliseconds, steps are longer than this up to 5 kHz.
-LONGEST_STEP_S = 0.2
 # ASSUME: a whole reach fits into a second, so nobody knows what the arm did in a longer gap.
 LONGEST_GAP_S = 1.0
 # ASSUME: beyond the ranges of the model. Living persons exceed these, the shipped recordings by
 # up to 23 deg, and an offset of the scapula markers adds as much again.
-GIRDLE_MARGIN_DEG = 60.0
-GIRDLE = tuple(name for name in ANGLE_NAMES if name.startswith(("SC_", "AC_")))
+MARGIN_DEG = 60.0
+# The humerus has no unique form.
+RANGED = tuple(name for name in ANGLE_NAMES if not name.startswith("GH_"))
 # ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
 LEAST_MOVEMENT_DEG = 5.0
 # Less between two rows is noise, which at high rates is fast too.
@@ -47,11 +45,11 @@ def check_rate(table: MotionTable, time_s: Array) -> None:
     ------
     DataError                        names file, and row of a gap
     """
-    path = table.path
+    path, limit = table.path, Limits().longest_step_s
     step = float(np.median(np.diff(time_s)))
-    if step > LONGEST_STEP_S:
+    if step > limit:
         raise DataError(
-            f"{path}, column time: steps of {step:g} s; expected {LONGEST_STEP_S} s or less, as "
+            f"{path}, column time: steps of {step:g} s; expected {limit} s or less, as "
             "arm motion needs. If these are milliseconds, divide by 1000; else record at a higher "
             "rate."
         )
@@ -64,8 +62,8 @@ def check_rate(table: MotionTable, time_s: Array) -> None:
         )
 
 
-def check_girdle(table: MotionTable, angles_rad: Array) -> None:
-    """Refuse a clavicle or scapula turned further than any person's, however the angles are wound.
+def check_ranges(table: MotionTable, angles_rad: Array) -> None:
+    """Refuse clavicle, scapula or elbow turned further than any person's, however they are wound.
 
     Parameters
     ----------
@@ -75,13 +73,14 @@ def check_girdle(table: MotionTable, angles_rad: Array) -> None:
     ------
     DataError                        names file, row and column
     """
-    canonical = np.rad2deg(pose_to_trial(trial_to_pose(angles_rad)))[:, : len(GIRDLE)]
-    low, high = _girdle_limits_deg()
+    columns = [ANGLE_NAMES.index(name) for name in RANGED]
+    canonical = np.rad2deg(pose_to_trial(trial_to_pose(angles_rad)))[:, columns]
+    low, high = _limits_deg()
     beyond = np.argwhere((canonical < low) | (canonical > high))
     if beyond.size:
         i, k = beyond[0]
         raise DataError(
-            f"{table.path}, row {table.row(i)}, column {table.header(GIRDLE[k])}: the joint is at "
+            f"{table.path}, row {table.row(i)}, column {table.header(RANGED[k])}: the joint is at "
             f"{canonical[i, k]:.0f} deg; expected {low[k]:.0f} to {high[k]:.0f} deg, since no "
             "shoulder turns further. Check axes, sequence and signs of the joint angles."
         )
@@ -143,9 +142,9 @@ def check_movement(path: Path, smooth: Motion) -> None:
 
 
 @cache
-def _girdle_limits_deg() -> tuple[Array, Array]:
-    """Lowest and highest angle of `GIRDLE` that is believed."""
+def _limits_deg() -> tuple[Array, Array]:
+    """Lowest and highest angle of `RANGED` that is believed."""
     coordinates = read_tables(MODEL_TABLES).coordinates
-    ranges = [(coordinates[name].min_rad, coordinates[name].max_rad) for name in GIRDLE]
+    ranges = [(coordinates[name].min_rad, coordinates[name].max_rad) for name in RANGED]
     low, high = np.rad2deg(ranges).T
-    return low - GIRDLE_MARGIN_DEG, high + GIRDLE_MARGIN_DEG
+    return low - MARGIN_DEG, high + MARGIN_DEG

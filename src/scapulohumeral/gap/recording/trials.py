@@ -22,8 +22,8 @@ from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import CONTACT_CHANNELS
 from scapulohumeral.gap.recording.plausibility import (
-    check_girdle,
     check_movement,
+    check_ranges,
     check_rate,
     check_speed,
 )
@@ -164,7 +164,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
     check_speed(table, time_s, angles)
-    check_girdle(table, angles)
+    check_ranges(table, angles)
     smooth = smoothed(Motion(time_s, angles))
     window = entry.window_s or movement_window(smooth)
     _check_window(path, time_s, window)

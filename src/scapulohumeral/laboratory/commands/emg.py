@@ -23,7 +23,8 @@ emg.yaml:
     infra: {label: "EMG 3", muscles: [infra]}        # label of the analog channel; in .csv the
     delt_lat: {label: "EMG 5", muscles: [delt_scap]} # column is the label and _V
   neighbours: [[infra, delt_lat]]                    # cross-talk is possible
-  delay_s: 0.0                                       # EMG clock when the motion's shows zero
+  delay_s: 0.0                                       # EMG clock when the motion's shows zero; that
+                                                     # of a .c3d is zero in its first frame
 
 writes trials/TRIAL_emg.csv beside the converted trials, and the set-up into trials/participant.yaml
 if convert made one.
@@ -73,6 +74,9 @@ def run(options: argparse.Namespace, command: str) -> int:
         written.append(set(names))
         if not any((options.out / f"{file.stem}{suffix}").is_file() for suffix in (".csv", ".mot")):
             print(f"note      {file.stem}: {options.out} holds no trial of this name to belong to")
+        motion = options.out / f"{file.stem}.csv"
+        if note := emg_files.clocks_apart(trial.envelopes, motion, emg_map.delay_s):
+            print(f"note      {file.stem}: {note}")
         for check in trial.checks:
             if not check.passed:
                 left = "" if check.channel in names else " (left out)"

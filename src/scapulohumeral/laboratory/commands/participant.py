@@ -78,7 +78,7 @@ def run(options: argparse.Namespace, command: str) -> int:
 
     body, tables = body_of(options), read_tables(options.tables)
     calibration = calibrate(read_marker_map(options.map), tables)
-    statics = [read_landmarks(file, calibration) for file in options.static]
+    statics = [read_landmarks(file, calibration, posture=True) for file in options.static]
     scale = scale_factors([static.points for static in statics], tables)
     records = {table: read_record(table) for table in options.trials}
     # That of the trials themselves, as far as their records hold it, earlier ones included.

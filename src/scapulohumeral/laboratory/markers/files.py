@@ -151,7 +151,9 @@ def _read_trc(path: Path) -> Markers:
     body = [(i, line) for i, line in enumerate(lines[5:], start=6) if line.strip()]
     rows = [_trc_row(path, i, line, columns) for i, line in body]
     table = np.array(rows).reshape(-1, len(columns))
-    rate = uniform_rate(path, "Time", table[:, 1], first_row=6)
+    # Some programs leave an empty row before the numbers.
+    first = body[0][0] if body else 6
+    rate = uniform_rate(path, "Time", table[:, 1], first_row=first)
     _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.

@@ -79,7 +79,8 @@ def elbow_centre(points: Points) -> Array:
 def _frame(segment: str, landmarks: tuple[str, ...], x: Array, y: Array, keep: str) -> Array:
     """Frame with one of two axes as it is and the other in their plane."""
     # Landmarks on a line leave the turn about it undefined; a degree of noise is 0.02.
-    slant = np.linalg.norm(np.cross(unit(x), unit(y)), axis=-1)
+    with np.errstate(invalid="ignore"):
+        slant = np.linalg.norm(np.cross(unit(x), unit(y)), axis=-1)
     flat = np.flatnonzero(~(slant > 0.02))
     if flat.size:
         raise DataError(

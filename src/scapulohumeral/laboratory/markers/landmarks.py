@@ -6,7 +6,7 @@ Letters: T frames, K markers of a cluster.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.errors import ConfigError, DataError, absent
 from scapulohumeral.laboratory.markers.files import Markers, read_markers
-from scapulohumeral.laboratory.markers.frames import SCAPULA, scapula_frame
+from scapulohumeral.laboratory.markers.frames import SCAPULA, scapula_frame, thorax_frame
 from scapulohumeral.laboratory.markers.gaps import Gap, fill_gaps
 from scapulohumeral.laboratory.markers.glenohumeral import (
     Centre,
@@ -28,6 +28,7 @@ from scapulohumeral.model.tables import ModelTables
 
 # Distance of IJ and C7 from children to the largest adults: beyond, the unit is not what it says.
 CHEST_DEPTH_M = (0.05, 0.5)
+Misfits = Mapping[str, Mapping[str, Array]]
 # Landmarks that no joint angle needs: without them the picture shows less.
 ONLY_DRAWN = ("RS",)
 
@@ -47,6 +48,7 @@ class Landmarks:
     gaps : filled gaps of markers
     centre : how the glenohumeral centre was found, in words
     missing : coordinates that a motion of an OpenSim model does not hold
+    misfits : cluster -> marker -> (T,) [m] from where the rigid cluster that fits best has it
     """
 
     source: Path
@@ -58,6 +60,7 @@ class Landmarks:
     gaps: tuple[Gap, ...]
     centre: str
     missing: tuple[str, ...] = ()
+    misfits: Misfits = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,33 +106,55 @@ def _read(path: Path, key: str) -> Markers:
     return read_markers(path)
 
 
-def read_landmarks(path: Path, calibration: Calibration) -> Landmarks:
+def read_landmarks(path: Path, calibration: Calibration, posture: bool = False) -> Landmarks:
     """Landmarks of a recording, without GH if nothing gives it.
+
+    Parameters
+    ----------
+    path : recording; calibration : of its session
+    posture : whether one frame is enough
 
     Raises
     ------
     DataError                        a missing marker, a gap that cannot be filled, a wrong unit, an
-                                     arm on the other side, or one frame; names file, marker, frame
+                                     arm on the other side, landmarks on a line, or one frame; names
+                                     file, marker, frame
     """
     markers = read_markers(path)
-    if len(markers.points_m) < 2:
+    if len(markers.points_m) < 2 and not posture:
         raise DataError(
             f"{path}: one frame, which is a posture and no motion; expected at least two. "
             "Export the whole recording, or name this one under static in the marker map."
         )
-    points, gaps = _bony_points(markers, calibration)
+    points, gaps, misfits = _bony_points(markers, calibration)
     _check_size(markers, points)
     if calibration.marker_map.side == "left":
         points, up = _mirrored(points, _up(markers, calibration.marker_map))
     else:
         up = _up(markers, calibration.marker_map)
-    _check_side(markers, calibration.marker_map, points)
-    words = _add_centre(points, calibration)
-    return Landmarks(path, markers.time_s, markers.rate_hz, points, up, markers.unit, gaps, words)
+    try:
+        thorax = thorax_frame(points)
+        words = _add_centre(points, calibration)
+    except DataError as error:
+        raise DataError(f"{path}, {error}") from error
+    _check_side(markers, calibration.marker_map, points, thorax)
+    return Landmarks(
+        source=path,
+        time_s=markers.time_s,
+        rate_hz=markers.rate_hz,
+        points=points,
+        up=up,
+        unit=markers.unit,
+        gaps=gaps,
+        centre=words,
+        misfits=misfits,
+    )
 
 
-def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, Array], tuple]:
-    """Landmarks by markers of their own or by clusters, and the gaps that were filled."""
+def _bony_points(
+    markers: Markers, calibration: Calibration
+) -> tuple[dict[str, Array], tuple[Gap, ...], Misfits]:
+    """Landmarks by markers of their own or by clusters, filled gaps, and misfits of clusters."""
     filled: dict[str, Array] = {}
     gaps: list[Gap] = []
 
@@ -142,9 +167,12 @@ def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, 
         return filled[label]
 
     carried: dict[str, Array] = {}
+    misfits: dict[str, Mapping[str, Array]] = {}
     for cluster in calibration.marker_map.clusters:
         cloud = np.stack([track(label) for label in cluster.markers], axis=1)
-        carried |= _carried(calibration.templates[cluster.name], cloud)
+        landmarks, misfit = _carried(calibration.templates[cluster.name], cloud)
+        carried |= landmarks
+        misfits[cluster.name] = dict(zip(cluster.markers, misfit.T, strict=True))
     points: dict[str, Array] = {}
     needed_by = {"GH": "marker", "PC": "meskers"}
     for name, labels in calibration.marker_map.landmarks.items():
@@ -158,7 +186,7 @@ def _bony_points(markers: Markers, calibration: Calibration) -> tuple[dict[str, 
         except DataError:
             if name not in ONLY_DRAWN:
                 raise
-    return points, tuple(gaps)
+    return points, tuple(gaps), misfits
 
 
 def _mean(tracks: Sequence[Array]) -> Array:
@@ -221,18 +249,26 @@ def _turns(reference: Array, cloud: Array) -> Array:
     )
 
 
-def _carried(template: tuple[Array, Mapping[str, Array]], cloud: Array) -> dict[str, Array]:
+def _carried(
+    template: tuple[Array, Mapping[str, Array]], cloud: Array
+) -> tuple[dict[str, Array], Array]:
     """Landmarks (T, 3) that a cluster carries along: the rigid motion closest to its markers.
 
     Parameters
     ----------
     template : markers (K, 3) and landmarks (3,) in axes of the cluster
     cloud : array, shape (T, K, 3)   markers in the recording
+
+    Returns
+    -------
+    landmarks, and distances (T, K) [m] of the markers from where that motion has them
     """
     reference, landmarks = template
     centre, moved = reference.mean(axis=0), cloud.mean(axis=1)
     turns = _turns(reference, cloud)
-    return {name: moved + turns @ (p - centre) for name, p in landmarks.items()}
+    rigid = moved[:, None] + (reference - centre) @ turns.swapaxes(1, 2)
+    found = {name: moved + turns @ (p - centre) for name, p in landmarks.items()}
+    return found, np.linalg.norm(cloud - rigid, axis=2)
 
 
 def _check_size(markers: Markers, points: Mapping[str, Array]) -> None:
@@ -262,11 +298,10 @@ def _mirrored(
     return {name: point * sign for name, point in points.items()}, up
 
 
-def _check_side(markers: Markers, marker_map: MarkerMap, points: Mapping[str, Array]) -> None:
-    """Refuse an arm that lies to the left of the thorax, once left arms are mirrored."""
-    from scapulohumeral.laboratory.markers.frames import thorax_frame
-
-    thorax = thorax_frame(points)
+def _check_side(
+    markers: Markers, marker_map: MarkerMap, points: Mapping[str, Array], thorax: Array
+) -> None:
+    """Refuse an arm that lies to the left of the thorax (T, 3, 3), once left arms are mirrored."""
     arm = _mean([points[name] for name in ("EL", "EM", *SCAPULA) if name in points])
     sideways = np.einsum("ti,ti->t", arm - points["IJ"], thorax[:, :, 0])
     if float(np.median(sideways)) < 0.0:
@@ -284,7 +319,7 @@ def _functional(calibration: Calibration) -> Centre:
     if path is None:
         raise ConfigError(f"{marker_map.path}, glenohumeral.trial: missing. Name a recording.")
     markers = _read(path, "glenohumeral.trial")
-    points, _ = _bony_points(markers, calibration)
+    points, _, _ = _bony_points(markers, calibration)
     labels = marker_map.functional_markers
     tracks = {label: markers.points_m[:, markers.column(label)] for label in labels}
     tracks = tracks or {name: points[name] for name in ("EL", "EM")}

@@ -25,7 +25,6 @@ from scapulohumeral.laboratory.markers.marker_map import LANDMARKS
 from scapulohumeral.model.csv_table import uniform_rate
 
 PROCESS = "scapulohumeral.laboratory.motions.opensim_process"
-SUFFIXES = (".mot", ".sto")
 _PLACE = {
     "oneOf": [
         {"type": "string", "minLength": 1},

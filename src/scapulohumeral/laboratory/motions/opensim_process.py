@@ -18,6 +18,8 @@ import opensim
 
 from scapulohumeral.errors import REFUSED, DataError, ModelError, absent
 
+SUFFIXES = (".mot", ".sto")
+
 
 def run(folder: Path) -> None:
     """Write times, landmarks and refusals of all motions of a request.
@@ -33,7 +35,8 @@ def run(folder: Path) -> None:
         model = opensim.Model(path)
         model.initSystem()
     except RuntimeError as error:
-        raise ModelError(f"{path}: OpenSim cannot read it: {error}. Correct the model.") from error
+        reason = " ".join(str(error).split())
+        raise ModelError(f"{path}: OpenSim cannot read it: {reason}. Correct the model.") from error
     stations = {
         name: station(model, path, name, place) for name, place in request["landmarks"].items()
     }
@@ -88,10 +91,16 @@ def landmarks_over_time(
     """
     if not motion.is_file():
         raise DataError(f"{motion}: {absent(motion)}. Check the name.")
+    if motion.suffix.lower() not in SUFFIXES:
+        raise DataError(
+            f"{motion}: '{motion.suffix}'; expected {' or '.join(SUFFIXES)}, since the map is one "
+            "of a model. Name a motion, or the map of what the file holds."
+        )
     try:
         table = opensim.TimeSeriesTable(str(motion))
     except RuntimeError as error:
-        raise DataError(f"{motion}: OpenSim cannot read it: {error}. Export it again.") from error
+        reason = " ".join(str(error).split())
+        raise DataError(f"{motion}: OpenSim cannot read it: {reason}. Export it again.") from error
     columns = _coordinates(model, table, motion)
     if _in_degrees(table, motion):
         model.getSimbodyEngine().convertDegreesToRadians(table)

@@ -30,6 +30,8 @@ AXES = {"isb": ISB_AXES, "model": np.eye(3)}
 # Rounded numbers of a table may leave a rotation by this much; a wrong order of columns leaves it
 # by far more.
 ROTATION_TOLERANCE = 0.02
+# A clavicle that is turned by less about its own axis, in all frames, was not measured about it.
+TURNED_RAD = np.deg2rad(0.5)
 _QUATERNION = {
     "type": "array",
     "items": {"type": "number", "minimum": -1, "maximum": 1},
@@ -43,7 +45,8 @@ ORIENTATION_MAP_SCHEMA = closed(
         "axes": {
             "enum": list(AXES),
             "description": "axes of the segments: isb (X front, Y up, Z right, of either arm) or "
-            "model (x right, y up, z back)",
+            "model (x right, y up, z back). The clavicle of the ISB has a level X, so no axial "
+            "rotation of its own: it gets that of DAS3, as one with landmarks does",
         },
         "segments": {
             "type": "object",
@@ -157,11 +160,20 @@ def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:
         rate_hz=rate,
         thorax=thorax,
         clavicle=None if clavicle is None else clavicle[:, :, 0],
-        clavicle_turned=clavicle,
+        clavicle_turned=clavicle if _is_turned(clavicle) else None,
         scapula=inside.get("scapula"),
         humerus=inside["humerus"],
         forearm=-inside["forearm"][:, :, 1] if "forearm" in inside else None,
     )
+
+
+def _is_turned(clavicle: Array | None) -> bool:
+    """Whether the axial rotation of a clavicle (T, 3, 3) in the thorax was recorded.
+
+    Wu et al. 2005 put one axis of the clavicle square to the vertical axis of the thorax, since two
+    landmarks do not tell its axial rotation.
+    """
+    return clavicle is not None and bool(np.any(np.abs(clavicle[:, 1, 2]) > np.sin(TURNED_RAD)))
 
 
 def _rotation(path: Path, header: tuple[str, ...], name: str) -> Array:

@@ -55,7 +55,7 @@ real: $(environment) ## Diagnose cases of known cause: make real RECORDINGS=fold
 	$(study) real_cases --config recordings=$(RECORDINGS)
 	cp results/gap/real/cases.csv reports/real_cases.csv
 
-blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (one and a half to three hours)
+blind: $(environment) ## Draw, answer and score 60 blind cases of the gap diagnosis (one and a half to three hours; to draw again, delete results/gap/blind)
 	$(study) results/gap/blind/scores.json
 	$(call keep_scores,results/gap/blind/scores.json)
 

@@ -19,6 +19,7 @@ from scapulohumeral.model.participant_file import (
     list_participants,
     read_participant_file,
 )
+from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
@@ -235,6 +236,8 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     _check_conditions(study)
     _check_loads(study)
     _check_variants(study)
+    _check_planes(study)
+    _check_steps(study)
     return study
 
 
@@ -244,9 +247,13 @@ def _check_names(key: str, names: Iterable[str], folder: Path) -> None:
     for name in names:
         if name not in available:
             file = folder / name / "participant.yaml"
-            raise ConfigError(
-                f"Config key '{key}' names '{name}', but there is no {file}. "
+            remedy = (
                 f"Write for example: participants: [{', '.join(available)}]"
+                if available
+                else f"No participant is in {folder}: correct participants_folder."
+            )
+            raise ConfigError(
+                f"Config key '{key}' names '{name}', but there is no {file}. {remedy}"
             )
 
 
@@ -362,6 +369,34 @@ def _check_muscles(conditions: Mapping[str, Any]) -> None:
                 f"Config key 'prediction.conditions.{name}.muscles' names {', '.join(unknown)}; "
                 f"the model simulates no such group. Choose from: {', '.join(groups)}"
             )
+
+
+def _check_planes(study: Study) -> None:
+    """Refuse variants on the published arm without all planes of its motion."""
+    section = study.config["variants"]
+    described = named_variants(section)
+    missing = [plane for plane in PUBLISHED_PLANES if plane not in study.planes]
+    for name, people in section["predict"].items():
+        if missing and any(people.values()) and described[name].problem.get("arm") == "published":
+            raise ConfigError(
+                f"Config key 'planes' has no {', '.join(missing)}, but 'variants.predict.{name}' "
+                f"follows the published arm through {', '.join(PUBLISHED_PLANES)}. Add what is "
+                f"missing, or write for each participant: variants: {{predict: {{{name}: "
+                "{par2: []}}}"
+            )
+
+
+def _check_steps(study: Study) -> None:
+    """Refuse a mesh of daily tasks that tracked motions do not end on."""
+    step = study.config["solve"]["time_step_s"]
+    own = study.config["prediction"]["task_time_step_s"]
+    parts = round(step / own)
+    if study.config["prediction"]["tasks"] and abs(parts * own - step) > 1e-9:
+        raise ConfigError(
+            f"Config key 'prediction.task_time_step_s' is {own:g}; expected 'solve.time_step_s' "
+            f"({step:g}) divided by a whole number, since predictions of daily tasks begin at "
+            f"tracked ones. Write for example: task_time_step_s: {step / max(parts, 1):g}"
+        )
 
 
 def _check_variants(study: Study) -> None:

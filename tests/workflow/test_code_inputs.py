@@ -1,7 +1,6 @@
-"""Every rule with a script names all source files that its script loads, but for the log."""
+"""Every rule that computes has the hash of its code among its parameters."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,40 +11,35 @@ from scapulohumeral import provenance
 pytestmark = pytest.mark.workflow
 
 RULE = re.compile(r"^rule (\w+):\n((?:[ \t].*\n|\n)*)", re.MULTILINE)
+# What is drawn, and answered, once: code must not draw it anew.
+ONCE = "blind.smk"
 
 
-def rules_with_script() -> dict[str, str]:
-    """Text of each rule that runs a script."""
-    folder = REPOSITORY / "workflow/rules"
-    text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.smk")))
-    return {name: body for name, body in RULE.findall(text) if "script:" in body}
+def rules() -> dict[str, str]:
+    """Text of each rule that runs a script or a command of the package."""
+    files = sorted((REPOSITORY / "workflow/rules").glob("*.smk"))
+    text = "".join(path.read_text(encoding="utf-8") for path in files if path.name != ONCE)
+    found = dict(RULE.findall(text))
+    runs = re.compile(r"script:|python -m")
+    return {name: body for name, body in found.items() if runs.search(body)}
 
 
-def watched_code(body: str) -> set[Path]:
-    """Source files of both packages that a rule names."""
-    modules = re.findall(r'"((?:scapulohumeral|simulated_persons)\.[\w.]+)"', body)
-    return {path for module in modules for path in provenance.code_of(module)}
-
-
-@pytest.mark.parametrize("name", rules_with_script())
-def test_rule_watches_the_code_of_its_script(
-    name: str, repository: Path, code_behind: Callable[[Path], set[Path]]
-) -> None:
-    body = rules_with_script()[name]
-    assert f"../scripts/{name}.py" in body
-    watched = watched_code(body)
-    scripts = repository / "workflow/scripts"
-    for helper in re.findall(r'"(_\w+)"', body):
-        watched |= set(provenance.code_of(helper, scripts))
-    loaded = set(provenance.code_of(name, scripts))
-    helpers = loaded - {scripts / f"{name}.py", scripts / "_log.py"}
-    assert code_behind(scripts / f"{name}.py") | helpers <= watched
+@pytest.mark.parametrize("name", rules())
+def test_rule_watches_the_code_that_it_runs(name: str) -> None:
+    body = rules()[name]
+    params = body.partition("    params:\n")[2]
+    [names] = re.findall(r"code=code_of\(([^)]*)\)", params)
+    if "script:" in body:
+        assert f"../scripts/{name}.py" in body
+        assert f'"{name}"' in names
+    else:
+        assert '"scapulohumeral.' in names
 
 
 @pytest.mark.parametrize("name", ["test_solutions", "test_results"])
 def test_rule_of_results_watches_the_code_of_its_tests(name: str, repository: Path) -> None:
     """What these modules import in turn is watched with them."""
-    bodies = rules_with_script()
+    bodies = rules()
     listed = re.findall(r'"(tests/.+\.py)"', bodies["test_solutions"])
     of_solutions = {repository / path for path in listed}
     rest = set((repository / "tests/results").glob("*.py")) - of_solutions
@@ -57,4 +51,5 @@ def test_rule_of_results_watches_the_code_of_its_tests(name: str, repository: Pa
         if module
     }
     found = {provenance.source_file(module, provenance.SOURCE_ROOT) for module in imported}
-    assert found - {None} <= watched_code(bodies[name])
+    watched = re.findall(r'"((?:scapulohumeral|simulated_persons)\.[\w.]+)"', bodies[name])
+    assert found - {None} <= {path for one in watched for path in provenance.code_of(one)}

@@ -23,7 +23,7 @@ TARGETS = ("results/prediction/summary.csv", "results/validation/summary.csv", G
 # Small enough to plan in seconds, with two of everything that a change may or may not reach.
 STUDY = {
     "participants": ["par1", "par2"],
-    "planes": ["frontal"],
+    "planes": ["frontal", "sagittal"],
     "formulations": ["quaternion"],
     "validation": {"tasks": ["drinking"]},
     "diagnose": ["par1"],
@@ -73,6 +73,8 @@ def finished(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
     (study / "src").symlink_to(repository / "src")
     edit(study, lambda config: config.update(STUDY))
     edit(study, lambda config: config["prediction"].update(predict=PREDICT, predict_also={}))
+    # The published arm needs all planes.
+    edit(study, lambda config: config["variants"].update(predict={}))
     for name in results(study):
         path = study / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -85,9 +87,11 @@ def finished(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture
 def rerun(finished: Path, tmp_path: Path) -> Iterator[Rerun]:
     """Function that gives the files which a run would make; changes are undone afterwards."""
-    shutil.copytree(finished / "config", tmp_path / "config")
+    for folder in ("config", "workflow"):
+        shutil.copytree(finished / folder, tmp_path / folder)
     yield lambda: {name for name, plan in results(finished).items() if plan != UP_TO_DATE}
-    shutil.copytree(tmp_path / "config", finished / "config", dirs_exist_ok=True)
+    for folder in ("config", "workflow"):
+        shutil.copytree(tmp_path / folder, finished / folder, dirs_exist_ok=True)
 
 
 def test_finished_study_has_nothing_to_do(finished: Path, rerun: Rerun) -> None:
@@ -115,6 +119,31 @@ def test_what_the_targets_do_not_ask_for_follows_its_files(finished: Path, rerun
     assert planned.returncode == 0, planned.stderr
     assert "participant par2, lifting_5kg" in planned.stdout
     assert "Diagram of the rules" in planned.stdout
+
+
+def test_age_of_code_does_not_matter(finished: Path, rerun: Rerun) -> None:
+    """As of files that another branch brings and takes away."""
+    (finished / "workflow/scripts/solve_prediction.py").touch()
+    assert rerun() == set()
+
+
+def test_script_reruns_its_rule_however_old_it_is(finished: Path, rerun: Rerun) -> None:
+    path = finished / "workflow/scripts/summarise_predictions.py"
+    before = path.stat()
+    path.write_text(path.read_text(encoding="utf-8") + "\nX = 1\n", encoding="utf-8")
+    os.utime(path, (before.st_atime, before.st_mtime))
+    made = rerun()
+    assert "results/prediction/summary.csv" in made
+    assert not [name for name in made if name.endswith(".npz")]
+
+
+def test_order_of_planes_reruns_what_joins_them(finished: Path, rerun: Rerun) -> None:
+    """Elevations of one motion are solved in this order, though their files stay the same."""
+    edit(finished, lambda config: config.update(planes=["sagittal", "frontal"]))
+    made = rerun()
+    assert "results/prediction/par1/healthy.npz" in made
+    assert "results/calibration/par1_scalers.json" in made
+    assert not [name for name in made if "/tracking/" in name]
 
 
 def test_prediction_weight_reruns_predictions_and_the_diagnosis(
@@ -177,8 +206,19 @@ def test_whatever_a_diagnosis_reads_reruns_it(
 
 def test_settings_of_diagnoses_rerun_them_alone(finished: Path, rerun: Rerun) -> None:
     path = finished / "config/gap/settings.yaml"
-    path.write_text(path.read_text(encoding="utf-8").replace("short_list: 6", "short_list: 2"))
-    assert rerun() == OF_GAP | {"results/gap/par1/report.html"}
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("short_list: 6", "short_list: 2"), encoding="utf-8")
+    answers = {GAP, "results/gap/par1/report.html"}
+    assert rerun() == OF_GAP | answers
+    # A run that stops before the diagnosis has written its configuration, which says nothing of
+    # these settings.
+    touch = ["snakemake", "--workflow-profile", PROFILE, "--touch", "--", *(OF_GAP - answers)]
+    try:
+        subprocess.run(touch, cwd=finished, check=True, capture_output=True)
+        assert rerun() == answers
+    finally:
+        path.write_text(text, encoding="utf-8")
+        subprocess.run(touch, cwd=finished, check=True, capture_output=True)
 
 
 def test_what_a_diagnosis_does_not_read_leaves_it_alone(finished: Path, rerun: Rerun) -> None:

@@ -4,7 +4,6 @@
 rule choose_audited_poses:
     input:
         solution="results/prediction/{participant}/{condition}.npz",
-        code=code_of("scapulohumeral.stages.geometry_audit"),
     output:
         poses=temp("results/prediction/{participant}/{condition}_audited.npz"),
     log:
@@ -12,6 +11,7 @@ rule choose_audited_poses:
     benchmark:
         "results/benchmarks/choose_audited_poses/{participant}_{condition}.jsonl"
     params:
+        code=code_of("choose_audited_poses"),
         every=lookup(within=config, dpath="prediction/audit_every"),
     threads: 1
     message:
@@ -26,13 +26,14 @@ rule sample_solution_geometry:
         poses="results/prediction/{participant}/{condition}_audited.npz",
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
-        code=code_of("scapulohumeral.model.muscle_paths.opensim_sampling"),
     output:
         samples=temp("results/prediction/{participant}/{condition}_opensim.npz"),
     log:
         python="results/logs/sample_solution_geometry/{participant}_{condition}.python.log",
     benchmark:
         "results/benchmarks/sample_solution_geometry/{participant}_{condition}.jsonl"
+    params:
+        code=code_of("sample_solution_geometry"),
     threads: 1
     message:
         "OpenSim's muscle lengths: participant {wildcards.participant}, {wildcards.condition}"
@@ -45,13 +46,14 @@ rule audit_geometry:
         samples="results/prediction/{participant}/{condition}_opensim.npz",
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
         equations="results/equations/quaternion",
-        code=code_of("scapulohumeral.stages.geometry_audit"),
     output:
         audit="results/prediction/{participant}/{condition}_geometry.csv",
     log:
         python="results/logs/audit_geometry/{participant}_{condition}.python.log",
     benchmark:
         "results/benchmarks/audit_geometry/{participant}_{condition}.jsonl"
+    params:
+        code=code_of("audit_geometry"),
     threads: 1
     message:
         "Muscle geometry against OpenSim: participant {wildcards.participant},"
@@ -63,13 +65,14 @@ rule audit_geometry:
 rule tabulate_geometry_audit:
     input:
         audits=prediction_results("results/prediction/{participant}/{condition}_geometry.csv"),
-        code=code_of("scapulohumeral.stages.geometry_audit"),
     output:
         table="results/prediction/geometry_audit.csv",
     log:
         python="results/logs/tabulate_geometry_audit.python.log",
     benchmark:
         "results/benchmarks/tabulate_geometry_audit.jsonl"
+    params:
+        code=code_of("tabulate_geometry_audit"),
     threads: 1
     message:
         "Muscle geometry against OpenSim: table of all predictions"

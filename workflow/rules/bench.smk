@@ -12,7 +12,6 @@ rule benchmark_solver:
         thorax="results/models/par2_thorax.json",
         geometry="results/muscle_geometry/par2/quaternion.npz",
         equations="results/equations/quaternion",
-        code=code_of("scapulohumeral.stages.benchmark", "_files"),
     output:
         record="results/bench/solver.json",
     log:
@@ -20,6 +19,7 @@ rule benchmark_solver:
     benchmark:
         "results/benchmarks/benchmark_solver.jsonl"
     params:
+        code=code_of("benchmark_solver"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -43,13 +43,6 @@ rule benchmark_peer:
         thorax="results/models/par2_thorax.json",
         geometry="results/muscle_geometry/par2/quaternion.npz",
         equations="results/equations/quaternion",
-        code=code_of(
-            "scapulohumeral.stages.peers.casadi_alone",
-            "scapulohumeral.stages.peers.limited",
-            "scapulohumeral.stages.peers.opty_alone",
-            "scapulohumeral.stages.tracking",
-            "_files",
-        ),
     output:
         record="results/bench/peers/{peer}.json",
     log:
@@ -60,6 +53,7 @@ rule benchmark_peer:
     wildcard_constraints:
         peer=r"casadi|opty_\d+",
     params:
+        code=code_of("benchmark_peer"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -81,7 +75,6 @@ rule benchmark_moco:
     input:
         model="results/models/par2.osim",
         states="results/tracking/par2/frontal_quaternion.sto",
-        code=code_of("scapulohumeral.stages.peers.limited", "scapulohumeral.stages.peers.moco"),
     output:
         record="results/bench/peers/moco_{tool}.json",
     log:
@@ -92,6 +85,7 @@ rule benchmark_moco:
     wildcard_constraints:
         tool="inverse|track",
     params:
+        code=code_of("benchmark_moco"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         limit_s=BENCH.peer_limit_s,
     threads: 1
@@ -116,11 +110,12 @@ rule collect_peers:
                 "moco_track",
             ],
         ),
-        code=code_of("scapulohumeral.stages.peers.collected"),
     output:
         record="results/bench/peers.json",
     log:
         python="results/logs/collect_peers.python.log",
+    params:
+        code=code_of("collect_peers"),
     threads: 1
     message:
         "Benchmark: this solver and its peers in one record"

@@ -118,7 +118,9 @@ rule draw_blind_cases:
     benchmark:
         "results/benchmarks/draw_blind_cases/{benchmark}.jsonl"
     params:
-        vault=os.path.expanduser(BLIND.keys),
+        vault=Path(BLIND.keys).expanduser(),
+        # Answers to other cases of these names must not pass for answers to these.
+        answers="results/gap/{benchmark}/answers",
         cases=lambda wildcards: getattr(BLIND.cases, wildcards.benchmark),
         # The seed of a blind draw is drawn, and nobody knows it.
         seed=branch(
@@ -134,7 +136,8 @@ rule draw_blind_cases:
     message:
         "Blind cases ({wildcards.benchmark}): simulate {params.cases} cases and seal their keys"
     shell:
-        "keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
+        "rm -rf {params.answers}"
+        " && keys={params.vault}/{wildcards.benchmark}-$(date +%s)"
         " && (python -m simulated_persons.generate --cases {params.cases} {params.seed}"
         " --plant {params.plant} --results results --participants config/participants"
         " --names {params.participants} --out {output.cases} --keys $keys"
@@ -181,7 +184,7 @@ rule score_blind_answers:
         "results/benchmarks/score_blind_answers/{benchmark}.jsonl"
     params:
         answers="results/gap/{benchmark}/answers",
-        vault=os.path.expanduser(BLIND.keys),
+        vault=Path(BLIND.keys).expanduser(),
     threads: 2
     # Solves the hidden task of every single effect, with a model that is fitted over it too.
     resources:
@@ -209,7 +212,7 @@ rule tell_limits:
     benchmark:
         "results/benchmarks/tell_limits/{benchmark}.jsonl"
     params:
-        vault=os.path.expanduser(BLIND.keys),
+        vault=Path(BLIND.keys).expanduser(),
     threads: 1
     resources:
         mem_mb=4000,
@@ -240,7 +243,7 @@ rule calibrate_evidence:
     benchmark:
         "results/benchmarks/calibrate_evidence.jsonl"
     params:
-        vault=os.path.expanduser(BLIND.keys),
+        vault=Path(BLIND.keys).expanduser(),
         seed=BLIND.open_seed,
     threads: 1
     resources:

@@ -16,7 +16,6 @@ rule calibrate:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         envelopes=elevation_envelopes,
-        code=code_of("scapulohumeral.stages.calibration", "_files"),
     output:
         scalers="results/calibration/{participant}_scalers.json",
         solution="results/calibration/{participant}_paper.npz",
@@ -28,6 +27,9 @@ rule calibrate:
         "results/benchmarks/calibrate/{participant}.jsonl"
     priority: 5
     params:
+        code=code_of("calibrate"),
+        # Snakemake compares files as a set; elevations are joined in this order.
+        planes=STUDY.planes,
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -53,13 +55,14 @@ rule score_calibration:
             calibrated_to_simulated_emg, then="config/plant/{participant}.yaml", otherwise=[]
         ),
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.calibration_score"),
     output:
         scored="results/calibration/{participant}.json",
     log:
         python="results/logs/score_calibration/{participant}.python.log",
     benchmark:
         "results/benchmarks/score_calibration/{participant}.jsonl"
+    params:
+        code=code_of("score_calibration"),
     threads: 1
     message:
         "Calibration against the reference plant: participant {wildcards.participant}"
@@ -77,7 +80,6 @@ rule solve_validation:
         recording=recording,
         channels="config/emg/channels.csv",
         calibration=validation_muscles,
-        code=code_of("scapulohumeral.stages.validation", "_files"),
     output:
         solution="results/validation/{participant}/{trial}_{muscles}.npz",
         summary="results/validation/{participant}/{trial}_{muscles}.summary.json",
@@ -87,6 +89,7 @@ rule solve_validation:
     benchmark:
         "results/benchmarks/solve_validation/{participant}_{trial}_{muscles}.jsonl"
     params:
+        code=code_of("solve_validation"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -108,13 +111,14 @@ rule summarise_validation:
         solutions=validation_results("results/validation/{participant}/{trial}_{muscles}.npz"),
         envelopes=validation_envelopes,
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.validation"),
     output:
         summary="results/validation/summary.csv",
     log:
         python="results/logs/summarise_validation.python.log",
     benchmark:
         "results/benchmarks/summarise_validation.jsonl"
+    params:
+        code=code_of("summarise_validation"),
     threads: 1
     message:
         "Excitations of daily tasks against EMG"

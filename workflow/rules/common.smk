@@ -1,7 +1,7 @@
 """Wildcards and input functions of all stages: paths of what the study asks for."""
 
-import os
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 
 import yaml
@@ -47,15 +47,28 @@ HEALTHY = "healthy"
 STUDY = planned(config, PARTICIPANTS)
 
 
-def code_of(*modules):
-    """Source files of modules of the package, as an input: a change in one of them reruns.
+@cache
+def files_of(name):
+    """Source files that run for a module of the package, or for a script beside the rules.
 
-    A name that begins with an underscore is that of a helper beside the scripts. `_log` alone is
-    nobody's input, because no result depends on it.
+    Imports of a script are followed into both. `_log` is not looked at, because no result depends
+    on it.
     """
-    roots = {name: SCRIPTS if name[0] == "_" else provenance.SOURCE_ROOT for name in modules}
-    files = {path for name, root in roots.items() for path in provenance.code_of(name, root)}
-    return sorted(os.path.relpath(path) for path in files)
+    if "." in name:
+        return frozenset(provenance.code_of(name))
+    scripts = [path for path in provenance.code_of(name, SCRIPTS) if path.stem != "_log"]
+    imported = {one for path in scripts for one in provenance.imported_names(path, path.stem)}
+    modules = [one for one in imported if provenance.source_file(one, provenance.SOURCE_ROOT)]
+    return frozenset(scripts).union(*map(files_of, modules))
+
+
+def code_of(*names):
+    """Hash of the code of scripts, by name, and modules, by dotted name: a parameter of a rule.
+
+    As a parameter it is that of the plan, so code that is edited while a job runs makes its result
+    stale; and the age of files does not count, as that of a script would by the trigger `code`.
+    """
+    return provenance.input_hash(sorted(frozenset().union(*map(files_of, names))))
 
 
 def recording(wildcards):

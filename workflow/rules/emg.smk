@@ -5,7 +5,6 @@
 rule simulate_contractions:
     input:
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.reference_plant"),
     output:
         mvc="results/emg/{participant}/mvc_raw.csv",
     log:
@@ -14,6 +13,7 @@ rule simulate_contractions:
         "results/benchmarks/simulate_contractions/{participant}.jsonl"
     priority: 4
     params:
+        code=code_of("simulate_contractions"),
         electrodes=lookup(within=config, dpath="emg/simulation"),
     threads: 1
     message:
@@ -32,7 +32,6 @@ rule simulate_elevations:
         plant="config/plant/{participant}.yaml",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.reference_plant", "_files"),
     output:
         raw=expand("results/emg/{{participant}}/{plane}_raw.csv", plane=config["planes"]),
         solution="results/emg/{participant}/composite_plant.npz",
@@ -44,6 +43,9 @@ rule simulate_elevations:
         "results/benchmarks/simulate_elevations/{participant}.jsonl"
     priority: 4
     params:
+        code=code_of("simulate_elevations"),
+        # Snakemake compares files as a set; elevations are joined in this order.
+        planes=STUDY.planes,
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -73,7 +75,6 @@ rule simulate_task:
         recording=recording,
         plant="config/plant/{participant}.yaml",
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.reference_plant", "_files"),
     output:
         raw="results/emg/{participant}/{trial}_raw.csv",
         solution="results/emg/{participant}/{trial}_plant.npz",
@@ -86,6 +87,7 @@ rule simulate_task:
     wildcard_constraints:
         trial=f"(?!(?:{'|'.join([*WHOLE_RECORDINGS, *STUDY.planes])})_)[a-z0-9_]+",
     params:
+        code=code_of("simulate_task"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -108,7 +110,6 @@ rule process_emg:
         participant=PARTICIPANT_FILE,
         recordings=recordings,
         channels="config/emg/channels.csv",
-        code=code_of("scapulohumeral.stages.emg_processing"),
     output:
         envelope="results/emg/{participant}/{trial}_envelope.csv",
         quality="results/emg/{participant}/{trial}_quality.json",
@@ -118,6 +119,7 @@ rule process_emg:
         "results/benchmarks/process_emg/{participant}_{trial}.jsonl"
     priority: 4
     params:
+        code=code_of("process_emg"),
         envelope=lookup(within=config, dpath="emg/envelope"),
         quality=lookup(within=config, dpath="emg/quality"),
     threads: 1

@@ -12,6 +12,8 @@ GAP_SETTINGS = "config/gap/settings.yaml"
 VIEW = "prediction"
 # Weights of evidence, and how far simulated thresholds are raised.
 GAP_RECORDS = ["config/gap/calibration.json", "config/gap/null_bank.json"]
+# What a diagnosis reads of both: the file written below holds the configuration only.
+GAP_READ = sections_read(with_settings(config, Path(GAP_SETTINGS)), VIEW)
 
 
 rule write_gap_config:
@@ -23,7 +25,7 @@ rule write_gap_config:
         python="results/logs/write_gap_config/{participant}.python.log",
     localrule: True
     params:
-        read=sections_read(with_settings(config, Path(GAP_SETTINGS)), VIEW),
+        read=GAP_READ,
     message:
         "Configuration of the diagnosis of participant {wildcards.participant}"
     run:
@@ -37,8 +39,7 @@ rule diagnose_gap:
         tables=MODEL_TABLES,
         config=rules.write_gap_config.output.config,
         records=GAP_RECORDS,
-        code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
-        opensim_code=code_of("scapulohumeral.gap.nominal.opensim_process"),
+        templates=sorted(map(str, Path("src/scapulohumeral/gap/output").glob("*.j2"))),
     output:
         result="results/gap/{participant}/result.json",
         page="results/gap/{participant}/report.html",
@@ -47,6 +48,8 @@ rule diagnose_gap:
     benchmark:
         "results/benchmarks/diagnose_gap/{participant}.jsonl"
     params:
+        code=code_of("scapulohumeral.gap.cli", "scapulohumeral.gap.nominal.opensim_process"),
+        read=GAP_READ,
         view=VIEW,
         settings=GAP_SETTINGS,
     threads: 1

@@ -11,11 +11,6 @@ rule build_participant_model:
         tables=MODEL_TABLES,
         participant=PARTICIPANT_FILE,
         recordings=recordings,
-        code=code_of(
-            "scapulohumeral.model.opensim_model",
-            "scapulohumeral.model.participant",
-            "scapulohumeral.model.tables",
-        ),
     output:
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
@@ -25,6 +20,7 @@ rule build_participant_model:
         "results/benchmarks/build_participant_model/{participant}.jsonl"
     priority: 3
     params:
+        code=code_of("build_participant_model"),
         choices=lookup(within=config, dpath="model"),
     threads: 1
     message:
@@ -42,14 +38,6 @@ rule sample_muscle_geometry:
         model="results/models/{participant}.json",
         osim="results/models/{participant}.osim",
         published=lambda wildcards: published_motions(wildcards.participant),
-        code=code_of(
-            "scapulohumeral.model.muscle_paths.authors_fit",
-            "scapulohumeral.model.muscle_paths.opensim_sampling",
-            "scapulohumeral.model.participant",
-            "scapulohumeral.model.muscle_paths.pose_region",
-            "scapulohumeral.model.published_arm",
-            "scapulohumeral.model.muscle_paths.thorax_clearance",
-        ),
     output:
         samples="results/muscle_geometry/{participant}/{formulation}_samples.npz",
     log:
@@ -58,6 +46,7 @@ rule sample_muscle_geometry:
         "results/benchmarks/sample_muscle_geometry/{participant}_{formulation}.jsonl"
     priority: 3
     params:
+        code=code_of("sample_muscle_geometry"),
         poses=lookup(within=config, dpath="geometry/poses"),
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
@@ -81,7 +70,6 @@ rule fit_muscle_geometry:
         model="results/models/{participant}.json",
         recordings=recordings,
         equations="results/equations/{formulation}",
-        code=code_of("scapulohumeral.stages.geometry"),
     output:
         geometry="results/muscle_geometry/{participant}/{formulation}.npz",
         quality="results/muscle_geometry/{participant}/{formulation}_quality.csv",
@@ -91,6 +79,7 @@ rule fit_muscle_geometry:
         "results/benchmarks/fit_muscle_geometry/{participant}_{formulation}.jsonl"
     priority: 3
     params:
+        code=code_of("fit_muscle_geometry"),
         length_target_m=lookup(within=config, dpath="geometry/length_target_m"),
         arm_target_m=lookup(within=config, dpath="geometry/arm_target_m"),
         rmse_change_stop=lookup(within=config, dpath="geometry/rmse_change_stop"),
@@ -106,7 +95,6 @@ rule fit_thorax:
         participant=PARTICIPANT_FILE,
         model="results/models/{participant}.json",
         recordings=elevations,
-        code=code_of("scapulohumeral.stages.thorax"),
     output:
         thorax="results/models/{participant}_thorax.json",
     log:
@@ -114,6 +102,8 @@ rule fit_thorax:
     benchmark:
         "results/benchmarks/fit_thorax/{participant}.jsonl"
     priority: 3
+    params:
+        code=code_of("fit_thorax"),
     threads: 1
     message:
         "Thorax surface of participant {wildcards.participant}"
@@ -122,8 +112,6 @@ rule fit_thorax:
 
 
 rule build_equations:
-    input:
-        code=code_of("scapulohumeral.dynamics.compiled"),
     output:
         equations=directory("results/equations/{formulation}"),
     log:
@@ -131,6 +119,8 @@ rule build_equations:
     benchmark:
         "results/benchmarks/build_equations/{formulation}.jsonl"
     priority: 3
+    params:
+        code=code_of("build_equations"),
     threads: 1
     message:
         "Equations of motion with {wildcards.formulation} coordinates"

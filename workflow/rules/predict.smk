@@ -12,7 +12,6 @@ rule solve_prediction:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.prediction", "_prediction"),
     output:
         solution="results/prediction/{participant}/{condition}.npz",
         summary="results/prediction/{participant}/{condition}.summary.json",
@@ -22,6 +21,9 @@ rule solve_prediction:
     benchmark:
         "results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"
     params:
+        code=code_of("solve_prediction"),
+        # Snakemake compares files as a set; elevations are joined in this order.
+        planes=STUDY.planes,
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
@@ -53,7 +55,6 @@ rule spread_scalers:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         solution="results/prediction/{participant}/{condition}.npz",
-        code=code_of("scapulohumeral.stages.checks.scaler_spread", "_prediction"),
     output:
         table="results/prediction/{participant}/{condition}_spread.csv",
     log:
@@ -61,6 +62,9 @@ rule spread_scalers:
     benchmark:
         "results/benchmarks/spread_scalers/{participant}_{condition}.jsonl"
     params:
+        code=code_of("spread_scalers"),
+        # Snakemake compares files as a set; elevations are joined in this order.
+        planes=STUDY.planes,
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
@@ -93,7 +97,6 @@ use rule solve_prediction as predict_task with:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=[TRACKED_TASK],
-        code=rules.solve_prediction.input.code,
     output:
         solution="results/prediction/{participant}/{trial}/{condition}.npz",
         summary="results/prediction/{participant}/{trial}/{condition}.summary.json",
@@ -116,7 +119,6 @@ rule compare_tasks:
         summaries=task_results(".summary.json"),
         tracked=paths_of(TRACKED_TASK, STUDY.predicted_tasks(), "trial"),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
-        code=code_of("scapulohumeral.report.prediction.daily_tasks", "_against"),
     output:
         table="results/prediction/against_tasks.csv",
     log:
@@ -124,6 +126,7 @@ rule compare_tasks:
     benchmark:
         "results/benchmarks/compare_tasks.jsonl"
     params:
+        code=code_of("compare_tasks"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
         girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
@@ -144,7 +147,6 @@ rule summarise_predictions:
             participant=config["participants"],
             plane=config["planes"],
         ),
-        code=code_of("scapulohumeral.stages.prediction_summary"),
     output:
         summary="results/prediction/summary.csv",
         rhythm="results/prediction/shr.csv",
@@ -152,6 +154,8 @@ rule summarise_predictions:
         python="results/logs/summarise_predictions.python.log",
     benchmark:
         "results/benchmarks/summarise_predictions.jsonl"
+    params:
+        code=code_of("summarise_predictions"),
     threads: 1
     message:
         "Tables of all predictions"

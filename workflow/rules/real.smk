@@ -23,7 +23,6 @@ rule convert_real_recordings:
     input:
         unpack(lambda wildcards: REAL_TRIALS.markers(wildcards.person)),
         tables=MODEL_TABLES,
-        code=code_of("scapulohumeral.laboratory.commands.convert"),
     output:
         participant=f"{REAL_PEOPLE}/{{person}}/participant.yaml",
         page=f"{REAL_PEOPLE}/{{person}}/conversion.html",
@@ -32,6 +31,7 @@ rule convert_real_recordings:
     benchmark:
         "results/benchmarks/convert_real_recordings/{person}.jsonl"
     params:
+        code=code_of("scapulohumeral.laboratory.commands.convert"),
         about=lambda wildcards: REAL.converted[wildcards.person],
     threads: 1
     resources:
@@ -49,11 +49,12 @@ rule convert_real_recordings:
 rule cut_simulated_elevations:
     input:
         motion=lambda wildcards: REAL.simulated[wildcards.person].motions[wildcards.motion],
-        code=code_of("scapulohumeral.gap.benchmark.simulated_motions"),
     output:
         trials=directory(f"{REAL_PEOPLE}/{{person}}/{{motion}}"),
     log:
         python="results/logs/cut_simulated_elevations/{person}_{motion}.python.log",
+    params:
+        code=code_of("cut_simulated_elevations"),
     threads: 1
     resources:
         runtime=5,
@@ -66,15 +67,12 @@ rule cut_simulated_elevations:
 rule add_real_emg:
     input:
         unpack(lambda wildcards: REAL_TRIALS.with_emg(wildcards.person)),
-        code=code_of(
-            "scapulohumeral.gap.benchmark.real_emg",
-            "scapulohumeral.gap.recording.trials",
-            "scapulohumeral.laboratory.record",
-        ),
     output:
         trials=directory(f"{REAL_PEOPLE}/{{person}}/with_emg"),
     log:
         python="results/logs/add_real_emg/{person}.python.log",
+    params:
+        code=code_of("add_real_emg"),
     threads: 1
     resources:
         runtime=5,
@@ -87,16 +85,12 @@ rule add_real_emg:
 rule spoil_real_trials:
     input:
         unpack(lambda wildcards: REAL_TRIALS.sources(wildcards.case)),
-        code=code_of(
-            "scapulohumeral.gap.recording.trials",
-            "scapulohumeral.laboratory.record",
-            "simulated_persons.spoilt",
-        ),
     output:
         trials=directory(f"{REAL_PEOPLE}/spoilt/{{case}}"),
     log:
         python="results/logs/spoil_real_trials/{case}.python.log",
     params:
+        code=code_of("spoil_real_trials"),
         error=lambda wildcards: REAL.cases[wildcards.case].spoilt,
         patterns=lambda wildcards: REAL_TRIALS.unspoilt(wildcards.case),
     threads: 1
@@ -131,7 +125,6 @@ rule diagnose_real_case:
         settings=GAP_SETTINGS,
         config=rules.write_real_config.output.config,
         records=GAP_RECORDS,
-        code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
     output:
         result="results/gap/real/cases/{case}/result.json",
     log:
@@ -139,6 +132,7 @@ rule diagnose_real_case:
     benchmark:
         "results/benchmarks/diagnose_real_case/{case}.jsonl"
     params:
+        code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
         trials=lambda wildcards: REAL_TRIALS.patterns(wildcards.case),
         view=lambda wildcards: REAL.cases[wildcards.case].view,
         simulated=lambda wildcards: (
@@ -169,14 +163,12 @@ rule tabulate_real_cases:
             "results/gap/real/cases/{case}/result.json", case=REAL.of_kind(wildcards.kind)
         ),
         cases=str(REAL_FILE),
-        code=code_of(
-            "scapulohumeral.gap.benchmark.real_cases", "scapulohumeral.configuration.check"
-        ),
     output:
         table="results/gap/real/{kind}.csv",
     log:
         python="results/logs/tabulate_real_cases/{kind}.python.log",
     params:
+        code=code_of("tabulate_real_cases"),
         names=lambda wildcards: REAL.of_kind(wildcards.kind),
         times=lambda wildcards: expand(
             "results/benchmarks/diagnose_real_case/{case}.jsonl", case=REAL.of_kind(wildcards.kind)

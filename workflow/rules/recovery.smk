@@ -28,7 +28,6 @@ use rule simulate_elevations as simulate_recovery_elevations with:
         ),
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=rules.simulate_elevations.input.code,
     output:
         raw=expand(
             "results/recovery/{{plant}}/{{participant}}/{plane}_raw.csv", plane=config["planes"]
@@ -60,7 +59,6 @@ use rule process_emg as process_recovery_emg with:
         participant=PARTICIPANT_FILE,
         recordings=recordings,
         channels="config/emg/channels.csv",
-        code=rules.process_emg.input.code,
     output:
         envelope="results/recovery/{plant}/{participant}/{trial}_envelope.csv",
         quality="results/recovery/{plant}/{participant}/{trial}_quality.json",
@@ -86,7 +84,6 @@ use rule calibrate as calibrate_recovery with:
             "results/recovery/{{plant}}/{{participant}}/{plane}_envelope.csv",
             plane=config["planes"],
         ),
-        code=rules.calibrate.input.code,
     output:
         scalers="results/recovery/{plant}/{participant}_scalers.json",
         solution="results/recovery/{plant}/{participant}_paper.npz",
@@ -109,7 +106,6 @@ use rule score_calibration as score_recovery with:
             otherwise="config/plant/unchanged.yaml",
         ),
         channels="config/emg/channels.csv",
-        code=rules.score_calibration.input.code,
     output:
         scored="results/recovery/{plant}/{participant}.json",
     log:
@@ -127,13 +123,14 @@ rule tabulate_recovery:
             plant=RECOVERY.plants,
             participant=RECOVERY.participant,
         ),
-        code=code_of("scapulohumeral.stages.calibration_score"),
     output:
         table="results/recovery/recovery.csv",
     log:
         python="results/logs/tabulate_recovery.python.log",
     benchmark:
         "results/benchmarks/tabulate_recovery.jsonl"
+    params:
+        code=code_of("tabulate_recovery"),
     threads: 1
     message:
         "What calibration recovers of simulated arms"

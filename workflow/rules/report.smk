@@ -88,7 +88,6 @@ rule render_report:
             for path in Path(folder).rglob("*")
             if path.suffix in (".py", ".yaml")
         ),
-        code=code_of("scapulohumeral.report.render"),
         templates=sorted(
             str(path)
             for folder in ("report", "player")
@@ -106,6 +105,8 @@ rule render_report:
         python="results/logs/render_report/{report}.python.log",
     benchmark:
         "results/benchmarks/render_report/{report}.jsonl"
+    params:
+        code=code_of("render_report"),
     threads: 1
     message:
         "Report: reports/{wildcards.report}.html"
@@ -127,12 +128,13 @@ rule draw_readme_pictures:
         models=["results/models/par2.json"],
         participants=["config/participants/par2/participant.yaml"],
         published="config/participants/par2/published/frontal_tracking.csv",
-        code=code_of("scapulohumeral.report.tracking.figures", "scapulohumeral.report.study"),
     output:
         motion="reports/motion.svg",
         gimbal_lock="reports/gimbal_lock.svg",
     log:
         python="results/logs/draw_readme_pictures.python.log",
+    params:
+        code=code_of("draw_readme_pictures"),
     threads: 1
     message:
         "Pictures of the README: {output}"

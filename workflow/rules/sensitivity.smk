@@ -6,7 +6,6 @@
 rule change_tracking:
     input:
         tracked="results/tracking/{participant}/{plane}_quaternion.npz",
-        code=code_of("scapulohumeral.problems.changed_tracking", "scapulohumeral.ocp.solution"),
     output:
         tracked="results/sensitivity/{participant}/{case}_{plane}.npz",
     log:
@@ -16,6 +15,7 @@ rule change_tracking:
     wildcard_constraints:
         plane="|".join(SENSITIVITY.planes),
     params:
+        code=code_of("change_tracking"),
         case=lambda wildcards: asdict(CASES[wildcards.case]),
         random_turn_deg=SENSITIVITY.random_turn_deg,
     threads: 1
@@ -34,7 +34,6 @@ use rule solve_prediction as solve_case with:
         geometry="results/muscle_geometry/{participant}/quaternion.npz",
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
-        code=rules.solve_prediction.input.code,
     output:
         solution="results/sensitivity/{participant}/{condition}/{case}.npz",
         summary="results/sensitivity/{participant}/{condition}/{case}.summary.json",
@@ -63,10 +62,6 @@ rule tabulate_sensitivity:
     input:
         solutions=case_results("results/sensitivity/{participant}/{condition}/{case}.npz"),
         summaries=case_results("results/sensitivity/{participant}/{condition}/{case}.summary.json"),
-        code=code_of(
-            "scapulohumeral.problems.sensitivity",
-            "scapulohumeral.report.prediction.sensitivity",
-        ),
     output:
         table="results/sensitivity/sensitivity.csv",
     log:
@@ -74,6 +69,7 @@ rule tabulate_sensitivity:
     benchmark:
         "results/benchmarks/tabulate_sensitivity.jsonl"
     params:
+        code=code_of("tabulate_sensitivity"),
         cases=[asdict(case) for case in CASES.values()],
     threads: 1
     message:
@@ -104,7 +100,6 @@ rule solve_static_postures:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=code_of("scapulohumeral.stages.checks.static_postures", "_files"),
     output:
         table="results/sensitivity/{participant}_postures.csv",
     log:
@@ -112,6 +107,7 @@ rule solve_static_postures:
     benchmark:
         "results/benchmarks/solve_static_postures/{participant}.jsonl"
     params:
+        code=code_of("solve_static_postures"),
         weights=lookup(within=config, dpath="weights/prediction"),
         w_gh=lookup(within=config, dpath="prediction/conditions/healthy/w_gh"),
     threads: 1
@@ -148,7 +144,6 @@ rule hold_girdle:
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
         solution=prediction_of,
-        code=code_of("scapulohumeral.stages.checks.held_girdle", "_prediction"),
     output:
         table="results/sensitivity/held/{variant}/{participant}/{condition}.csv",
     log:
@@ -156,6 +151,7 @@ rule hold_girdle:
     benchmark:
         "results/benchmarks/hold_girdle/{variant}_{participant}_{condition}.jsonl"
     params:
+        code=code_of("hold_girdle"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="prediction/max_iterations"),

@@ -9,7 +9,6 @@ rule solve_tracking:
         thorax="results/models/{participant}_thorax.json",
         geometry="results/muscle_geometry/{participant}/{formulation}.npz",
         equations="results/equations/{formulation}",
-        code=code_of("scapulohumeral.stages.tracking", "_files"),
     output:
         solution="results/tracking/{participant}/{trial}_{formulation}.npz",
         summary="results/tracking/{participant}/{trial}_{formulation}.summary.json",
@@ -20,6 +19,7 @@ rule solve_tracking:
         "results/benchmarks/solve_tracking/{participant}_{trial}_{formulation}.jsonl"
     priority: 2
     params:
+        code=code_of("solve_tracking"),
         time_step_s=lookup(within=config, dpath="solve/time_step_s"),
         tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=lookup(within=config, dpath="solve/max_iterations"),
@@ -40,7 +40,6 @@ rule export_opensim:
     input:
         solution="results/tracking/{participant}/{trial}_{formulation}.npz",
         model="results/models/{participant}.json",
-        code=code_of("scapulohumeral.stages.export"),
     output:
         motion="results/tracking/{participant}/{trial}_{formulation}.mot",
         states="results/tracking/{participant}/{trial}_{formulation}.sto",
@@ -48,6 +47,8 @@ rule export_opensim:
         python="results/logs/export_opensim/{participant}_{trial}_{formulation}.python.log",
     benchmark:
         "results/benchmarks/export_opensim/{participant}_{trial}_{formulation}.jsonl"
+    params:
+        code=code_of("export_opensim"),
     threads: 1
     message:
         "OpenSim files: participant {wildcards.participant}, {wildcards.trial} plane,"
@@ -61,13 +62,14 @@ rule summarise_tracking:
         summaries=tracking_results(
             "results/tracking/{participant}/{trial}_{formulation}.summary.json"
         ),
-        code=code_of("scapulohumeral.stages.summary"),
     output:
         summary="results/tracking/summary.csv",
     log:
         python="results/logs/summarise_tracking.python.log",
     benchmark:
         "results/benchmarks/summarise_tracking.jsonl"
+    params:
+        code=code_of("summarise_tracking"),
     threads: 1
     message:
         "Table of all tracking solves"

@@ -31,21 +31,22 @@ rule test_solutions:
             "tests/support/reintegration.py",
             "tests/support/result_files.py",
         ],
-        code=code_of(
-            "scapulohumeral.errors",
-            "scapulohumeral.ocp.solution",
-            "scapulohumeral.problems.model_files",
-            "simulated_persons.drawing.study",
-            "simulated_persons.drawing.trials",
-            "simulated_persons.plan",
-            "_results",
-        ),
     output:
         success=touch("results/solution_tests.success"),
     log:
         python="results/logs/test_solutions.log",
     benchmark:
         "results/benchmarks/test_solutions.jsonl"
+    params:
+        code=code_of(
+            "test_solutions",
+            "scapulohumeral.errors",
+            "scapulohumeral.ocp.solution",
+            "scapulohumeral.problems.model_files",
+            "simulated_persons.drawing.study",
+            "simulated_persons.drawing.trials",
+            "simulated_persons.plan",
+        ),
     threads: 1
     message:
         "Tests on the solutions"
@@ -88,18 +89,19 @@ rule test_results:
             - set(rules.test_solutions.input.tests)
         )
         + ["tests/support/result_files.py"],
-        code=code_of(
-            "scapulohumeral.errors",
-            "scapulohumeral.ocp.solution",
-            "scapulohumeral.report.targets",
-            "_results",
-        ),
     output:
         success=touch("results/tests.success"),
     log:
         python="results/logs/test_results.log",
     benchmark:
         "results/benchmarks/test_results.jsonl"
+    params:
+        code=code_of(
+            "test_results",
+            "scapulohumeral.errors",
+            "scapulohumeral.ocp.solution",
+            "scapulohumeral.report.targets",
+        ),
     threads: 1
     message:
         "Tests on the results"

@@ -23,7 +23,6 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
         model="results/variants/models/{model}/{participant}.json",
         osim="results/variants/models/{model}/{participant}.osim",
         published=lambda wildcards: published_motions(wildcards.participant),
-        code=rules.sample_muscle_geometry.input.code,
     output:
         samples="results/variants/geometry/{model}/{participant}/{formulation}_samples.npz",
     log:
@@ -51,7 +50,6 @@ use rule fit_muscle_geometry as fit_variant_geometry with:
         model="results/variants/models/{model}/{participant}.json",
         recordings=recordings,
         equations="results/equations/{formulation}",
-        code=rules.fit_muscle_geometry.input.code,
     output:
         geometry="results/variants/geometry/{model}/{participant}/{formulation}.npz",
         quality="results/variants/geometry/{model}/{participant}/{formulation}_quality.csv",
@@ -71,7 +69,6 @@ use rule solve_prediction as solve_variant with:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=tracked_elevations,
-        code=rules.solve_prediction.input.code,
     output:
         solution="results/variants/{variant}/{participant}/{condition}.npz",
         summary="results/variants/{variant}/{participant}/{condition}.summary.json",
@@ -105,7 +102,6 @@ use rule solve_variant as predict_variant_task with:
         equations="results/equations/quaternion",
         channels="config/emg/channels.csv",
         tracked=[TRACKED_TASK],
-        code=rules.solve_variant.input.code,
     output:
         solution="results/variants/{variant}/{participant}/{trial}/{condition}.npz",
         summary="results/variants/{variant}/{participant}/{trial}/{condition}.summary.json",
@@ -142,7 +138,6 @@ rule compare_predictions:
         ],
         targets="config/targets.yaml",
         audit="results/prediction/geometry_audit.csv",
-        code=code_of("scapulohumeral.report.prediction.against", "_against"),
     output:
         recording="results/prediction/against_recording.csv",
         published="results/prediction/against_published.csv",
@@ -151,6 +146,7 @@ rule compare_predictions:
     benchmark:
         "results/benchmarks/compare_predictions.jsonl"
     params:
+        code=code_of("compare_predictions"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
         girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
@@ -167,7 +163,6 @@ rule tabulate_ladder:
         summaries=ladder_results(
             "results/variants/{variant}/{participant}/{condition}.summary.json"
         ),
-        code=code_of("scapulohumeral.report.prediction.ladder"),
     output:
         table="results/variants/ladder.csv",
         figure="results/variants/ladder.svg",
@@ -175,6 +170,8 @@ rule tabulate_ladder:
         python="results/logs/tabulate_ladder.python.log",
     benchmark:
         "results/benchmarks/tabulate_ladder.jsonl"
+    params:
+        code=code_of("tabulate_ladder"),
     threads: 1
     message:
         "Ladder from the authors' problem to the study's own"
@@ -214,12 +211,6 @@ rule tabulate_tried:
             PARTICIPANT_FILE, participant=config["variants"]["tried"]["participants"]
         ),
         targets="config/targets.yaml",
-        code=code_of(
-            "scapulohumeral.report.prediction.against",
-            "scapulohumeral.report.prediction.daily_tasks",
-            "scapulohumeral.report.prediction.tried",
-            "_against",
-        ),
     output:
         table="results/variants/tried.csv",
     log:
@@ -227,6 +218,7 @@ rule tabulate_tried:
     benchmark:
         "results/benchmarks/tabulate_tried.jsonl"
     params:
+        code=code_of("tabulate_tried"),
         margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
         scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
         girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),

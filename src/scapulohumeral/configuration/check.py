@@ -169,15 +169,15 @@ def _sentence(kind: type[Section], error: ErrorDetails, file: str, example: Path
         fault = "is missing; it is required."
     else:
         fault = f"{error['input']!r}; {expected(error)}."
-    return f"{where}: {fault} {_remedy(here, place, example)}".rstrip()
+    return f"{where}: {fault} {_remedy(here, place, example, error['input'])}".rstrip()
 
 
-def _remedy(here: Schema, place: Place, example: Path) -> str:
-    """Meaning of a key, and its line in the committed file."""
+def _remedy(here: Schema, place: Place, example: Path, refused: Any) -> str:
+    """Meaning of a key, and its line in the committed file, unless that is what was refused."""
     meaning = here.get("description")
     text = f"Meaning: {meaning}" if meaning else ""
     value = _value(read_yaml(example, REMEDY), place)
-    if value is None:
+    if value is None or value == refused or (isinstance(value, list) and refused in value):
         return text
     line = yaml.safe_dump(
         {_name(place): value}, default_flow_style=True, width=10**6, sort_keys=False

@@ -16,6 +16,7 @@ from scapulohumeral.configuration.check import (
     read_blind,
     read_config,
 )
+from scapulohumeral.configuration.sections import StudyConfig
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.gap.settings import (
     SETTINGS,
@@ -98,6 +99,16 @@ def test_meaning_and_a_line_that_would_do_are_said() -> None:
     assert refusal("model.masses", "weighed").endswith("Write for example: masses: anthropometric")
     assert refusal("geometry.posees", 3).endswith("Write for example: poses: 2700")
     assert refusal("planes", ["Coronal"]).endswith("planes: [frontal, scapular, sagittal]")
+
+
+def test_what_was_refused_is_no_example(tmp_path: Path) -> None:
+    """Who edits the committed file, from which examples are read."""
+    wrong = changed("solve.max_iterations", 0)
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(wrong), encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        checked(StudyConfig, wrong, "", tmp_path / "config.yaml")
+    assert "Meaning: Iterations" in str(error.value)
+    assert "Write for example" not in str(error.value)
 
 
 def test_key_that_may_be_absent() -> None:

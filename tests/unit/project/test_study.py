@@ -10,6 +10,7 @@ import yaml
 
 from scapulohumeral.configuration.check import read_config
 from scapulohumeral.errors import ConfigError
+from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.provenance import CONFIG_FOLDER
 from scapulohumeral.study import Study, planned
 
@@ -26,6 +27,8 @@ def study(change: Edit = lambda config: None, folder: Path = PARTICIPANTS) -> St
     config.update(participants=["par2", "par3"], planes=["sagittal", "frontal"])
     config["validation"].update(tasks=["driving", "drinking"])
     config["prediction"].update(predict=["healthy"], predict_also={"par3": ["cuff_w2"]})
+    # The published arm needs all planes.
+    config["variants"]["predict"] = {}
     change(config)
     return planned(config, folder)
 
@@ -120,6 +123,27 @@ def test_names_that_the_files_of_others_have_are_refused(people: Callable[[Edit]
 
     with pytest.raises(ConfigError, match=r"conditions\.cuff_audited': names that end with"):
         study(audited)
+
+
+def test_the_published_arm_needs_all_planes() -> None:
+    def published(config: dict) -> None:
+        config["variants"]["predict"] = {"published": {"par2": ["healthy"]}}
+
+    with pytest.raises(ConfigError, match=r"'planes' has no scapular, but 'variants.predict.publ"):
+        study(published)
+    study(lambda config: published(config) or config.update(planes=list(PUBLISHED_PLANES)))
+
+
+@pytest.mark.parametrize(("step", "allowed"), [(0.04, True), (0.02, True), (0.03, False)])
+def test_daily_tasks_are_predicted_on_parts_of_tracked_steps(step: float, allowed: bool) -> None:
+    def change(config: dict) -> None:
+        config["prediction"].update(task_time_step_s=step)
+
+    if allowed:
+        study(change)
+        return
+    with pytest.raises(ConfigError, match=r"divided by a whole number.*task_time_step_s: 0.04"):
+        study(change)
 
 
 def test_published_paths_need_a_published_arm() -> None:

@@ -100,18 +100,23 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
     Raises
     ------
     DataError                        a case changed after sealing, or other code, settings or
-                                     weights answered before
+                                     weights answered before, or answers are to other cases
     """
     sealed = _read(files.published, SEAL_SCHEMA)["cases"]
-    made_by = {"code": answering_code(), "settings": _settings()}
+    made_by = {
+        "code": answering_code(),
+        "settings": _settings(),
+        "sealed": file_hash(files.published),
+    }
     record_file = files.answers / ANSWERS
     record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), **made_by, "cases": {}}
     if record_file.exists():
         record = _read(record_file, ANSWER_SCHEMA)
     if any(record.get(key) != value for key, value in made_by.items()):
         raise DataError(
-            f"{record_file}: answers of other code, settings or weights are here. Name another "
-            "folder of answers; it will count as a second look if keys were opened in between."
+            f"{record_file}: answers of other code, settings or weights, or to other cases, are "
+            "here. Name another folder of answers; it will count as a second look if keys were "
+            "opened in between."
         )
     open_cases = [name for name in sorted(sealed) if name not in record["cases"]]
     for name in open_cases:

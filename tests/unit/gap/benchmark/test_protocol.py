@@ -10,7 +10,7 @@ import pytest
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap import cli
-from scapulohumeral.gap.benchmark.protocol import BlindFiles, answer, score, seal
+from scapulohumeral.gap.benchmark.protocol import SALTS, BlindFiles, answer, score, seal
 
 pytestmark = pytest.mark.unit
 
@@ -149,6 +149,17 @@ def test_answers_of_other_code_are_refused(answered: BlindFiles) -> None:
     record.write_text(record.read_text().replace('"code": "', '"code": "0'))
     with pytest.raises(DataError, match="other code"):
         answer(answered, 1, command(answered))
+
+
+def test_answers_to_an_earlier_draw_of_the_same_names_are_refused(files: BlindFiles) -> None:
+    seal(files.cases, keys(files), files.published)
+    answer(files, 1, command(files))
+    files.published.unlink()
+    (keys(files) / SALTS).unlink()
+    (files.cases / "a1" / "test" / "frontal_r1.csv").write_text("time\n1\n")
+    seal(files.cases, keys(files), files.published)
+    with pytest.raises(DataError, match="or to other cases"):
+        answer(files, 1, command(files))
 
 
 def test_a_case_without_result_counts_as_unanswered(files: BlindFiles, tmp_path: Path) -> None:

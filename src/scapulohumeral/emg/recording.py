@@ -20,7 +20,7 @@ from scapulohumeral.model.rotations import Array
 
 # A 4 Hz envelope has settled after a quarter of a second; shorter recordings are all ends.
 SHORTEST_S = 1.0
-VOLTS = {"V": 1.0, "Volts": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
+VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6, "Volts": 1.0}
 
 
 @dataclass(frozen=True, eq=False)

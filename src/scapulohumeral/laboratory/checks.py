@@ -64,6 +64,11 @@ class Limits:
     jump_deg_per_s: float = 1000.0
     arm_jump_deg_per_s: float = 2500.0
 
+    def largest_speed(self, segment: str) -> float:
+        """How fast a segment in the thorax, or the forearm, may turn [deg/s]."""
+        girdle = segment in ("clavicle", "scapula")
+        return self.jump_deg_per_s if girdle else self.arm_jump_deg_per_s
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -235,14 +240,8 @@ def check_motion(motion: Motion, tables: ModelTables, limits: Limits) -> list[Fi
     """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
     pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
     found = _rate(float(np.median(steps)), limits)
-    allowed = {
-        "clavicle": limits.jump_deg_per_s,
-        "scapula": limits.jump_deg_per_s,
-        "humerus": limits.arm_jump_deg_per_s,
-    }
-    for segment, quaternion in segment_orientations(pose).items():
-        turn = np.rad2deg(relative_angle(quaternion[:-1], quaternion[1:]))
-        speed, limit = turn / steps, allowed[segment]
+    for segment, turn in turns_deg(pose).items():
+        speed, limit = turn / steps, limits.largest_speed(segment)
         if speed.max() > limit:
             k = int(speed.argmax())
             text = (
@@ -252,6 +251,12 @@ def check_motion(motion: Motion, tables: ModelTables, limits: Limits) -> list[Fi
             )
             found.append(Finding(f"{segment}_jumps", FAULT, text))
     return found + _out_of_range(pose, tables)
+
+
+def turns_deg(pose: Array) -> dict[str, Array]:
+    """Turns between frames (T - 1,) of clavicle, scapula and humerus in the thorax, by name."""
+    segments = segment_orientations(pose)
+    return {name: np.rad2deg(relative_angle(q[:-1], q[1:])) for name, q in segments.items()}
 
 
 def _rate(step_s: float, limits: Limits) -> list[Finding]:

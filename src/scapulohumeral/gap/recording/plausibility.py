@@ -12,7 +12,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.motion_files import MotionTable
-from scapulohumeral.laboratory.checks import Limits
+from scapulohumeral.laboratory.checks import Limits, turns_deg
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -98,19 +98,15 @@ def check_speed(table: MotionTable, time_s: Array, angles_rad: Array) -> None:
     DataError                        names file, row and segment
     """
     pose, limits = trial_to_pose(angles_rad), Limits()
-    segments = segment_orientations(pose)
-    turns = {name: relative_angle(q[:-1], q[1:]) for name, q in segments.items()}
-    turns["forearm"] = np.abs(np.diff(pose[:, 12]))
+    turns = turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
     for name, turn in turns.items():
-        speed = np.rad2deg(turn) / np.diff(time_s)
-        girdle = name in ("clavicle", "scapula")
-        limit = limits.jump_deg_per_s if girdle else limits.arm_jump_deg_per_s
-        beyond = np.flatnonzero((speed > limit) & (np.rad2deg(turn) > LEAST_JUMP_DEG))
+        speed, limit = turn / np.diff(time_s), limits.largest_speed(name)
+        beyond = np.flatnonzero((speed > limit) & (turn > LEAST_JUMP_DEG))
         if beyond.size:
             k = int(beyond[0])
             raise DataError(
                 f"{table.path}, row {table.row(k + 1)}: the {name} turns by "
-                f"{np.rad2deg(turn[k]):.0f} deg from the row before, {speed[k]:.0f} deg/s; "
+                f"{turn[k]:.0f} deg from the row before, {speed[k]:.0f} deg/s; "
                 f"expected at most {limit:.0f}. Fill gaps of the record by interpolation, or cut "
                 "the rows."
             )

@@ -35,8 +35,7 @@ def run(folder: Path) -> None:
         model = opensim.Model(path)
         model.initSystem()
     except RuntimeError as error:
-        reason = " ".join(str(error).split())
-        raise ModelError(f"{path}: OpenSim cannot read it: {reason}. Correct the model.") from error
+        raise ModelError(f"{path}: {_unreadable(error)} Correct the model.") from error
     stations = {
         name: station(model, path, name, place) for name, place in request["landmarks"].items()
     }
@@ -99,8 +98,7 @@ def landmarks_over_time(
     try:
         table = opensim.TimeSeriesTable(str(motion))
     except RuntimeError as error:
-        reason = " ".join(str(error).split())
-        raise DataError(f"{motion}: OpenSim cannot read it: {reason}. Export it again.") from error
+        raise DataError(f"{motion}: {_unreadable(error)} Export it again.") from error
     columns = _coordinates(model, table, motion)
     if _in_degrees(table, motion):
         model.getSimbodyEngine().convertDegreesToRadians(table)
@@ -118,6 +116,11 @@ def landmarks_over_time(
     every = [c.getName() for c in model.getComponentsList() if _is_coordinate(c)]
     missing = np.array([name for name in every if name not in columns])
     return {"time_s": time, "missing": missing, **points}
+
+
+def _unreadable(error: RuntimeError) -> str:
+    """What OpenSim says in several lines, in one: of messages only the last line is passed on."""
+    return f"OpenSim cannot read it: {' '.join(str(error).split())}."
 
 
 def _is_coordinate(component: Any) -> bool:

@@ -62,19 +62,19 @@ def check_rate(table: MotionTable, time_s: Array) -> None:
         )
 
 
-def check_ranges(table: MotionTable, angles_rad: Array) -> None:
+def check_ranges(table: MotionTable, pose: Array) -> None:
     """Refuse clavicle, scapula or elbow turned further than any person's, however they are wound.
 
     Parameters
     ----------
-    table : where the angles are from; angles_rad : (T, 10)
+    table : where the pose is from; pose : (T, 13)
 
     Raises
     ------
     DataError                        names file, row and column
     """
     columns = [ANGLE_NAMES.index(name) for name in RANGED]
-    canonical = np.rad2deg(pose_to_trial(trial_to_pose(angles_rad)))[:, columns]
+    canonical = np.rad2deg(pose_to_trial(pose))[:, columns]
     low, high = _limits_deg()
     beyond = np.argwhere((canonical < low) | (canonical > high))
     if beyond.size:
@@ -86,18 +86,18 @@ def check_ranges(table: MotionTable, angles_rad: Array) -> None:
         )
 
 
-def check_speed(table: MotionTable, time_s: Array, angles_rad: Array) -> None:
+def check_speed(table: MotionTable, time_s: Array, pose: Array) -> None:
     """Refuse jumps of a segment in the thorax, or of the elbow: markers lost, exchanged, or at 0.
 
     Parameters
     ----------
-    table : where the angles are from; time_s : (T,); angles_rad : (T, 10)
+    table : where the pose is from; time_s : (T,); pose : (T, 13)
 
     Raises
     ------
     DataError                        names file, row and segment
     """
-    pose, limits = trial_to_pose(angles_rad), Limits()
+    limits = Limits()
     turns = turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
     for name, turn in turns.items():
         speed, limit = turn / np.diff(time_s), limits.largest_speed(name)

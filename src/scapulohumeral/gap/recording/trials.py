@@ -31,7 +31,7 @@ from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
 from scapulohumeral.model.csv_table import check_increasing, first_line_names
 from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
-from scapulohumeral.model.rotations import ANGLE_NAMES, Array
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array, trial_to_pose
 
 # This project's own tables carry the unit in the name.
 COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
@@ -163,8 +163,9 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     angles = _unwound(_angles_rad(table))
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
-    check_speed(table, time_s, angles)
-    check_ranges(table, angles)
+    pose = trial_to_pose(angles)
+    check_speed(table, time_s, pose)
+    check_ranges(table, pose)
     smooth = smoothed(Motion(time_s, angles))
     window = entry.window_s or movement_window(smooth)
     _check_window(path, time_s, window)

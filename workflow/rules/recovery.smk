@@ -40,12 +40,7 @@ use rule simulate_elevations as simulate_recovery_elevations with:
     benchmark:
         "results/benchmarks/simulate_recovery_elevations/{plant}_{participant}.jsonl"
     params:
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=recovery_weights,
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
         electrodes=recovery_electrodes,
         tendon_strain=lambda wildcards: RECOVERY.plants[wildcards.plant].tendon_strain,
     message:

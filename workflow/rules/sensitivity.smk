@@ -44,15 +44,8 @@ use rule solve_prediction as solve_case with:
         "results/benchmarks/solve_case/{participant}_{condition}_{case}.jsonl"
     params:
         time_step_s=case_time_step,
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=case_weights,
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
-        guidance=lookup(within=config, dpath="prediction/guidance"),
-        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
         condition=case_condition,
-        problem={},
     message:
         "Prediction {wildcards.condition} of participant {wildcards.participant}, case"
         " {wildcards.case}"

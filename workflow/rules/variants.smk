@@ -1,5 +1,6 @@
 # Variants of model and problem, and the ladder between the authors' and the study's own. They share
-# recordings, tracked motions, thorax surface and scalers with the study.
+# recordings, tracked motions, thorax surface and scalers with the study. A rule that reuses another
+# has its parameters, except for those that it names itself.
 
 
 use rule build_participant_model as build_variant_model with:
@@ -30,13 +31,6 @@ use rule sample_muscle_geometry as sample_variant_geometry with:
     benchmark:
         "results/benchmarks/sample_variant_geometry/{model}_{participant}_{formulation}.jsonl"
     params:
-        poses=lookup(within=config, dpath="geometry/poses"),
-        held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
-        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
-        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
-        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
-        clearance=lookup(within=config, dpath="geometry/clearance"),
-        seed=lookup(within=config, dpath="geometry/seed"),
         # The published arm goes higher than the recorded one.
         published_arm=True,
     message:
@@ -78,15 +72,7 @@ use rule solve_prediction as solve_variant with:
     benchmark:
         "results/benchmarks/solve_variant/{variant}_{participant}_{condition}.jsonl"
     params:
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
         max_iterations=variant_iterations,
-        hessian=lookup(within=config, dpath="solve/hessian"),
-        weights=lookup(within=config, dpath="weights/prediction"),
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
-        guidance=lookup(within=config, dpath="prediction/guidance"),
-        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
-        condition=condition_of,
         problem=lambda wildcards: dict(VARIANTS[wildcards.variant].problem),
     message:
         "Prediction of variant {wildcards.variant}: participant {wildcards.participant},"

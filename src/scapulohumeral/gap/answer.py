@@ -84,14 +84,13 @@ class Findings:
 
     Attributes
     ----------
-    case, records, evidence : what was measured, compared and linearised
+    case, evidence : what was measured, compared and linearised
     presence, map : whether there is a gap, and where it shows
     detectable : what would have shown
     judged : hypotheses and their probabilities
     """
 
     case: Case
-    records: Records
     evidence: Evidence
     presence: Presence
     map: DifferenceMap
@@ -109,19 +108,6 @@ class Findings:
         error, residuals = self.evidence.settings.signature_error, self.evidence.residuals
         return {f.label: person_change(f, residuals[f.moved_deg], error) for f in self.judged.fits}
 
-    @cached_property
-    def halves(self) -> list[np.ndarray]:
-        """Differences (D,) of two halves of the test trials; fewer if a task has but one trial."""
-        halves = []
-        for part in (0, 1):
-            chosen = [
-                [t.residual.delta for t in self.evidence.trials if t.task == task][part::2]
-                for task in self.evidence.residual.tasks
-            ]
-            if all(chosen):
-                halves.append(np.concatenate([np.mean(deltas, axis=0) for deltas in chosen]))
-        return halves
-
 
 def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     """The answer to a case; `warnings` gets what lowers the confidence in it."""
@@ -135,10 +121,9 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     gap = _gap(found)
     regions, entering = _regions(found)
     explained = judged.explained
-    compared = found.records.of_tasks(found.evidence.cautious.tasks)
-    warnings += [*_remarks_on_gap(compared, gap), *_remarks(found, bool(regions.shows))]
+    warnings += [*_remarks_on_gap(evidence.records, gap), *_remarks(found, bool(regions.shows))]
     splitting = {e.label: e.splitting for e in (*evidence.effects, MOVEMENT_STRATEGY)}
-    halves = found.halves if found.present else []
+    halves = found.evidence.halves if found.present else ()
     done = Diagnosis(
         status=status,
         status_reason=why,
@@ -212,17 +197,17 @@ def _regions(found: Findings) -> tuple[Regions, list[EnteringCurve]]:
     """Both maps, and the curves of the second; regions only if there is a gap."""
     c, alpha = found.evidence.cautious, found.evidence.settings.alpha
     enters, entering = entered_regions(
-        c, found.evidence.unknown_inputs, found.halves, alpha, found.case.seed
+        c, found.evidence.unknown_inputs, found.evidence.halves, alpha, found.case.seed
     )
     if not found.present:
         return Regions(), entering
-    return Regions(shown_regions(found.map, c, found.halves), enters), entering
+    return Regions(shown_regions(found.map, c, found.evidence.halves), enters), entering
 
 
 def _gap(found: Findings) -> Gap:
     """Whether there is a gap, how large it is, and what would have been seen."""
-    evidence, records, is_there = found.evidence, found.records, found.presence
-    size = gap_size(evidence.cautious, sides(evidence.residual, records), found.case.seed)
+    evidence, is_there = found.evidence, found.presence
+    size = gap_size(evidence.cautious, sides(evidence.residual, evidence.records), found.case.seed)
     return Gap(
         present=is_there.present,
         p_value=is_there.p_value,
@@ -243,7 +228,7 @@ def _no_cost(found: Findings) -> Feasibility:
     solutions are of their motion, and EMG of the test trials is of another. EMG has to have a
     level, which shares of other maxima than that of a voluntary contraction have not.
     """
-    evidence, records = found.evidence, found.records
+    evidence, records = found.evidence, found.evidence.records
     level = records.sensors.channels and found.case.participant.emg_is_of_mvc
     if evidence.referenced or not level:
         return Feasibility(False, None)
@@ -260,7 +245,7 @@ def _tables_of_causes(found: Findings) -> dict[str, pd.DataFrame]:
     change, error = found.changes[best.label], evidence.settings.signature_error
     return {
         "overlay": overlay_table(c, change, evidence.referenced),
-        "signature": signature_table(c, change),
+        "signature": signature_table(evidence.cautious, change),
         "isolability": isolability_table(judged.likely, judged.apart),
         "amplitude": amplitude_table(best, judged.by_task, judged.temperature),
         "factors": factors_table(evidence.residuals, judged.fits, error),
@@ -336,7 +321,7 @@ def _remarks(found: Findings, shown: bool) -> list[str]:
             "these trials would have shown fewer than half of the kinds of causes: that no gap "
             "shows excludes none of them; record more repeats, tasks or muscles"
         )
-    if not found.records.reference:
+    if not found.evidence.referenced:
         remarks.append("no reference trials: errors of the model itself lower all confidence")
     if found.judged.explained is not None:
         remarks += _remarks_on_shrinkage(found.judged.explained)

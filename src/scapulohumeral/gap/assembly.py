@@ -21,10 +21,12 @@ from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.observables import phase_functions
 from scapulohumeral.gap.residual.differences import (
     Records,
+    at_one_tempo,
+    folds,
+    halves,
     mean_difference,
     repeat_noise,
     solved_part,
-    trial_differences,
 )
 from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
@@ -95,14 +97,14 @@ def assemble(
     local = settings_of_signatures(settings, records)
     last = bias_and_following(case, records)
     jobs = [
-        (task, mean_record, model, effects, records.sensors, local, *last)
-        for task, mean_record in records.mean_records.items()
+        (task, one, records.durations_s[task], model, effects, records.sensors, local, *last)
+        for task, one in records.mean_records.items()
     ]
     # The set-up that all movements of the model share, before processes part.
     movement(model, next(iter(records.mean_records.values())), local)
     found = side_by_side(_respond_or_reason, jobs, case.threads)
     signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
-    records = solved_part(records, found, warnings)
+    records = at_one_tempo(solved_part(records, found, warnings), signatures, warnings)
     if not records.reference:
         signatures = tuple(of_task.of_residual() for of_task in signatures)
     functions = phase_functions(settings.nodes, settings.phase_functions)
@@ -117,15 +119,14 @@ def assemble(
     evidence = Evidence(
         residuals={0.0: whole},
         cautious=whole,
-        trials=trial_differences(records, signatures, noise, functions),
+        folds=folds(records, signatures, noise, functions),
+        halves=halves(records, signatures, functions),
         noise=noise,
         effects=effects,
         prior={**single, **priors.pair_priors(single, reserved)},
-        sensors=records.sensors,
+        records=records,
         signatures=signatures,
         unknown_inputs=_unknown(signatures, functions, records, settings),
-        referenced=bool(records.reference),
-        of_one_person=records.of_one_person,
         session_shares=SessionShares(1.0, 1.0),
         settings=settings,
         known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},

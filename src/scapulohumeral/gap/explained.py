@@ -11,7 +11,7 @@ Letters: D coefficients, P parameters, T tasks, L test trials.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -35,7 +35,7 @@ from scapulohumeral.gap.recording.observables import (
     channel_kind,
     channel_unit,
 )
-from scapulohumeral.gap.residual.differences import TrialDifference
+from scapulohumeral.gap.residual.differences import Fold
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
@@ -98,9 +98,11 @@ def explain(chosen: Fit, evidence: Evidence, misfit: float, seed: int) -> Explai
     seed : of bootstraps and placebos
     """
     error = evidence.settings.signature_error
-    c, trials = evidence.without_cause, evidence.trials
-    removed, left_out = shrinkage(_predictor(chosen, evidence), c, trials, misfit, seed)
-    return Explained(removed, left_out, controls(c, trials, evidence.unknown_inputs, error, seed))
+    c, parts = evidence.without_cause, evidence.folds
+    trials = {task: len(own) for task, own in evidence.records.test.items()}
+    predictor = _predictor(chosen, evidence)
+    removed, left_out = shrinkage(predictor, c, parts, trials, misfit, seed)
+    return Explained(removed, left_out, controls(c, parts, evidence.unknown_inputs, error, seed))
 
 
 class Predictor(NamedTuple):
@@ -136,7 +138,8 @@ def _predictor(chosen: Fit, evidence: Evidence) -> Predictor:
 def shrinkage(
     predictor: Predictor,
     residual: Residual,
-    trials: Sequence[TrialDifference],
+    folds: Sequence[Fold],
+    trials: Mapping[str, int],
     misfit: float,
     seed: int,
 ) -> tuple[Shrinkage, list[LeftOutRow]]:
@@ -149,7 +152,7 @@ def shrinkage(
     ----------
     predictor : of the effect
     residual : mean differences of all tasks, if the movement was the same
-    trials : differences of single test trials
+    folds : trials that are left out; trials : number of test trials of each task
     misfit, seed : as for :func:`explain`
 
     Returns
@@ -169,8 +172,9 @@ def shrinkage(
             training = residual.part(others)
             splits["new_task"].append((part, change(training)[rows]))
             left.append(predictor.left(training))
-    splits["held_out_trial"] = _held_out(change, residual, trials)
-    counts = dict.fromkeys(splits, len(trials)) | {"held_out_trial": len(splits["held_out_trial"])}
+    splits["held_out_trial"] = _held_out(change, residual, folds)
+    counts = dict.fromkeys(splits, sum(trials.values()))
+    counts["held_out_trial"] = sum(trials[task] for task in {fold.task for fold in folds})
     shares = {name: _share(parts, counts[name], seed) for name, parts in splits.items()}
     left_out = [LeftOutRow(part.tasks[0], *remaining(part, p)) for part, p in splits["new_task"]]
     if shares["new_task"] is not None:
@@ -189,7 +193,7 @@ def shrinkage(
 
 def controls(
     residual: Residual,
-    trials: Sequence[TrialDifference],
+    folds: Sequence[Fold],
     unknown_inputs: UnknownInputs,
     relative_error: float,
     seed: int,
@@ -213,11 +217,11 @@ def controls(
         for _ in range(PLACEBOS)
     ]
     found = {
-        "black box": _held_out(partial(_smooth, columns=unknown_inputs.columns), residual, trials)
+        "black box": _held_out(partial(_smooth, columns=unknown_inputs.columns), residual, folds)
     }
     for i, change in enumerate(placebos):
         predict = partial(_scaled, change=change, relative_error=relative_error)
-        found[f"placebo {i + 1}"] = _held_out(predict, residual, trials)
+        found[f"placebo {i + 1}"] = _held_out(predict, residual, folds)
     shares = {name: _share(parts, len(parts), seed) for name, parts in found.items()}
     return [
         ControlsRow(name=name, shrinkage=share.value)
@@ -242,20 +246,14 @@ def _scaled(training: Residual, change: np.ndarray, relative_error: float) -> np
 
 
 def _held_out(
-    predict: Callable[[Residual], np.ndarray],
-    residual: Residual,
-    trials: Sequence[TrialDifference],
+    predict: Callable[[Residual], np.ndarray], residual: Residual, folds: Sequence[Fold]
 ) -> list[tuple[Residual, np.ndarray]]:
-    """Each trial with the change (D,) that is predicted from the other trials."""
+    """What is left out of each fold, with the change (D,) that is predicted from the rest."""
     parts = []
-    for i, trial in enumerate(trials):
-        delta = residual.delta.copy()
-        rows = residual.rows([trial.task])
-        rest = [t for k, t in enumerate(trials) if k != i and t.task == trial.task]
-        if rest:
-            delta[rows] = np.mean([t.residual.delta for t in rest], axis=0)
-            training = residual.of(delta)
-            parts.append((trial.residual, predict(training)[rows]))
+    for fold in folds:
+        rows, delta = residual.rows([fold.task]), residual.delta.copy()
+        delta[rows] = fold.rest
+        parts.append((fold.left_out, predict(residual.of(delta))[rows]))
     return parts
 
 

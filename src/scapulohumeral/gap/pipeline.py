@@ -36,7 +36,7 @@ from scapulohumeral.gap.judgement import judge
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.one_movement import ONE_MOVEMENT, perhaps
-from scapulohumeral.gap.residual.differences import Records, read_records
+from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.result import (
     Diagnosis,
 )
@@ -95,13 +95,11 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     evidence = assemble(case, records, model, settings, warnings)
     shapes, alpha = evidence.shapes(), settings.alpha
     found, findings = tested(evidence.cautious, shapes, alpha, inflation, case.seed)
-    is_there = strongest(findings, records, evidence.cautious, shapes, alpha, case.seed)
+    is_there = strongest(findings, evidence.records, evidence.cautious, shapes, alpha, case.seed)
     # A simulation does not go otherwise once.
     if is_there.present and not settings.of_simulations:
         by_noise = next(f.p_value for f in findings if f.statistic == is_there.statistic)
-        is_there = _without_one_trial(
-            is_there, by_noise, case, records, evidence, inflation, warnings
-        )
+        is_there = _without_one_trial(is_there, by_noise, case, evidence, inflation, warnings)
     log.info("%s %.2f, threshold %.2f", is_there.statistic, is_there.value, is_there.threshold)
     explanations = screened_only(evidence)
     if is_there.present:
@@ -109,14 +107,14 @@ def diagnose(case: Case, model: ParticipantModel, settings: GapSettings) -> Diag
     # Who yields to an effect is found sooner than who keeps the movement.
     firm = list(evidence.known.values())[-1]
     error, shown = evidence.settings.signature_error, is_there.shape_thresholds
-    if _lone(records, evidence):
+    if _lone(evidence):
         # One trial has to tell as much as two: less is not promised.
         surer = tested(evidence.cautious, shapes, alpha**2, inflation, case.seed)[1]
         shown = surer[0].shape_thresholds
     seen = smallest_detectable(firm, evidence.cautious, shown, error, case.seed)
     able = silence_tells((one.label for one in firm), (one.label for one in seen))
     judged = judge(evidence, explanations, is_there, weighing, inflation, case.seed, able)
-    told = answer(Findings(case, records, evidence, is_there, found, seen, judged), warnings)
+    told = answer(Findings(case, evidence, is_there, found, seen, judged), warnings)
     rows = baseline_labels(evidence.residual, evidence.screened, evidence.prior)
     return replace(
         told,
@@ -140,7 +138,6 @@ def _without_one_trial(
     found: Presence,
     by_noise: float,
     case: Case,
-    records: Records,
     evidence: Evidence,
     inflation: float,
     warnings: list[str],
@@ -151,21 +148,20 @@ def _without_one_trial(
     """
     settings = evidence.settings
     difference = evidence.signatures, evidence.cautious, evidence.shapes()
-    odd = rests_on_one(records, *difference, settings, inflation, case.seed)
+    odd = rests_on_one(evidence.records, *difference, settings, inflation, case.seed)
     if odd is not None:
         warnings.append(in_words(odd, odd.trial.name(case)))
         return contradicted(found, odd, settings.alpha)
-    lone = _lone(records, evidence)
+    lone = _lone(evidence)
     warnings += [alone_in_words(one, one.name(case)) for one in lone]
     return as_sure_as_two(found, by_noise, settings.alpha) if lone else found
 
 
-def _lone(records: Records, evidence: Evidence) -> tuple[OneTrial, ...]:
+def _lone(evidence: Evidence) -> tuple[OneTrial, ...]:
     """Trials that cannot be left out; a simulation does not go otherwise once."""
     if evidence.settings.of_simulations:
         return ()
-    # A task that could not be solved is not compared, either.
-    return alone(records.of_tasks(evidence.cautious.tasks))
+    return alone(evidence.records)
 
 
 def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> GapSettings:

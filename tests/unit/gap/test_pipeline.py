@@ -94,7 +94,7 @@ def made_up_movement(channels):
     return change
 
 
-def made_up_response(task, mean_record, model, effects, sensors, settings, *_):
+def made_up_response(task, mean_record, compared_s, model, effects, sensors, settings, *_):
     """A nominal solution that predicts the record, with made-up derivatives."""
     channels = channel_names(sensors.channels, sensors.contact)
     signatures = tuple(
@@ -117,7 +117,8 @@ def made_up_response(task, mean_record, model, effects, sensors, settings, *_):
     return TaskSignatures(
         task=task, mean_record=mean_record, nominal=mean_record, point=None, effects=signatures,
         intended=made_up_movement(channels), posture=none,
-        session=session, followed=tuple(0.0 * s for s in signatures[0]),
+        session=session, tempo=0.0 * none[0], tempo_errors=none[:0],
+        followed=tuple(0.0 * s for s in signatures[0]),
         followed_session=0.0 * session,
         unmeasured=none[:0], followed_unmeasured=none[:0],
         slack=slack, levers=levers,

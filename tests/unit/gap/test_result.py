@@ -200,7 +200,7 @@ def test_what_is_expected_of_one_more_task_is_told_from_what_was_seen():
         "removes 8 % [no interval] of the reducible gap on one more task, as is expected (6"
         in (verdict(done)["How far"])
     )
-    for after, words in ((2.5, "nothing went (6 trials)"), (1.5, "50 % went (6 trials)")):
+    for after, words in ((2.5, "it grew by 50 % (6 trials)"), (1.5, "50 % went (6 trials)")):
         table = pd.DataFrame({"task": ["a"], "before": [2.0], "after": [after]})
         seen = replace(done, curves={**done.curves, "left_out": table})
         assert f"as is expected; on those left out of the fit, {words}" in verdict(seen)["How far"]

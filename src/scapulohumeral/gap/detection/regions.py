@@ -55,7 +55,7 @@ def shown_regions(
     Parameters
     ----------
     found, residual : map and difference
-    halves : (D,) differences of two halves of the test trials, fewer with one trial
+    halves : (D,) differences of two halves of the test trials, none with one trial
     """
     split = _split(found, residual, halves)
     regions = []

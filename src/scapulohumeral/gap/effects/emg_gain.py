@@ -40,12 +40,12 @@ class EmgGain(Effect):
 
 
 def members(setup: Setup) -> tuple[Effect, ...]:
-    """Every channel, and all together."""
+    """Every channel, and all together if there are several."""
     return tuple(
         EmgGain(
             "measurement", "emg_gain", name, PARAMS, EMG,
             ("strength_loss", "co_contraction", "electrode_shift"),
             "maximal contractions again, with the same electrodes",
         )
-        for name in (*setup.channels, ALL)
+        for name in (*setup.channels, *([ALL] if len(setup.channels) > 1 else []))
     )  # fmt: skip

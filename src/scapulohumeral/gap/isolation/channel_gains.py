@@ -25,11 +25,18 @@ def freed_of_prior(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Internal parameters (P,) inside their bounds as the data alone have them, and variances (P,).
 
     The prior of a parameter, which decides how much evidence a cause has, pulls its estimate toward
-    zero. It is taken out again wherever the data say at least twice as much as it does.
+    zero. It is taken out again wherever the data say at least twice as much as it does, and the
+    order of parameters is kept.
     """
-    variance, prior = np.diag(fitted.covariance), fitted.hypothesis.prior_sd**2
+    hypothesis, variance = fitted.hypothesis, np.diag(fitted.covariance)
+    prior = hypothesis.prior_sd**2
     stretch = prior / (prior - np.where(variance < TAKEN_OUT * prior, variance, 0.0))
-    return np.clip(stretch * fitted.x, *fitted.hypothesis.bounds), stretch * variance
+    x, variance = np.clip(stretch * fitted.x, *hypothesis.bounds), stretch * variance
+    for pair in map(list, hypothesis.order):
+        if x[pair[0]] > x[pair[1]]:
+            # Where two would change places, they are equal, as in the fit.
+            x[pair] = np.average(x[pair], weights=1.0 / variance[pair])
+    return x, variance
 
 
 def gain_factors(fitted: Fit, residual: Residual, relative_error: float) -> np.ndarray:

@@ -25,7 +25,7 @@ from scapulohumeral.gap.isolation.suppositions import (
 )
 from scapulohumeral.gap.labels import GLR, MOVED, NO_GAP, NONE, ON_RECORD
 from scapulohumeral.gap.recording.observables import SensorSetup
-from scapulohumeral.gap.residual.differences import TrialDifference
+from scapulohumeral.gap.residual.differences import Fold, Records
 from scapulohumeral.gap.residual.noise import (
     Noise,
     SessionShares,
@@ -59,14 +59,13 @@ class Evidence:
         movement was the same
     cautious : the same movement, with all that sessions are assumed to change: whether there is a
         gap is asked of it, because what is most probable of the sessions is least where the gap is
-    trials : of single test trials, with what they differ by without a cause
+    folds : trials that are left out, with what they differ by without a cause
+    halves : differences of two halves of the test trials, if all tasks have two
     noise : between repeats
     effects, prior : the library and the prior of its labels, alone and in pairs
-    sensors : what is recorded
+    records : of the tasks that are compared, at one tempo
     signatures : nominal solutions
     unknown_inputs : smooth disturbances
-    referenced : whether the difference is that to reference trials, else to the prediction
-    of_one_person : whether a person made both movements, who may keep them or make others
     session_shares : most probable shares of what sessions are assumed to change
     settings : those of the diagnosis, with the most probable signature error
     known : all effects at the nominal solutions, by stiffness
@@ -75,19 +74,33 @@ class Evidence:
 
     residuals: Mapping[float, Residual]
     cautious: Residual
-    trials: tuple[TrialDifference, ...]
+    folds: tuple[Fold, ...]
+    halves: tuple[np.ndarray, ...]
     noise: Noise
     effects: tuple[Effect, ...]
     prior: dict[str, float]
-    sensors: SensorSetup
+    records: Records
     signatures: tuple[TaskSignatures, ...]
     unknown_inputs: UnknownInputs
-    referenced: bool
-    of_one_person: bool
     session_shares: SessionShares
     settings: GapSettings
     known: Mapping[float, tuple[Hypothesis, ...]]
     fits: Fits
+
+    @property
+    def sensors(self) -> SensorSetup:
+        """What is recorded."""
+        return self.records.sensors
+
+    @property
+    def referenced(self) -> bool:
+        """Whether the difference is that to reference trials, else to the prediction."""
+        return bool(self.records.reference)
+
+    @property
+    def of_one_person(self) -> bool:
+        """Whether a person made both movements, who may keep them or make others."""
+        return self.records.of_one_person
 
     @property
     def residual(self) -> Residual:
@@ -178,10 +191,10 @@ def most_probable(evidence: Evidence) -> Evidence:
     found = _assumed(evidence, best)
     found = _with_fits(found, found.suppositions)
     base = found.residual
-    singles = (replace(t, residual=_single(found, t.residual, base)) for t in found.trials)
+    parts = (replace(f, left_out=_single(found, f.left_out, base)) for f in found.folds)
     everything = replace(evidence, session_shares=SessionShares(1.0, 1.0))
     whole = _with_sessions(everything, evidence.residual)
-    return replace(found, cautious=whole, trials=tuple(singles))
+    return replace(found, cautious=whole, folds=tuple(parts))
 
 
 def _less_assumed(evidence: Evidence) -> list[tuple[str, float]]:

@@ -131,6 +131,7 @@ class Fit:
     log_evidence : log density of the difference, whitened
     moved_deg : supposed size of another movement [deg], which is part of the noise
     unbounded : (P,) where the density is largest without bounds at zero, which x may be held at
+    unconstrained : (P,) the same without any bound
     mimicked : what was taken off the log evidence of a pair, see `pairs.paired`
     """
 
@@ -140,6 +141,7 @@ class Fit:
     log_evidence: float
     moved_deg: float
     unbounded: np.ndarray
+    unconstrained: np.ndarray
     mimicked: float = 0.0
 
     @property

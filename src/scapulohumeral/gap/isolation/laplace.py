@@ -65,6 +65,7 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         log_evidence,
         moved_deg=residual.moved_deg,
         unbounded=unbounded,
+        unconstrained=x - covariance @ system.gradient(x, error),
     )
 
 
@@ -105,6 +106,10 @@ class _System:
         told = self.slope.T @ error.solve(self.slope)
         return told + np.diag(self.hypothesis.prior_sd**-2.0)
 
+    def gradient(self, x: np.ndarray, error: SignatureError) -> np.ndarray:
+        """That of the negative log density at parameters (P,), with the error of one prediction."""
+        return x / self.hypothesis.prior_sd**2 - self.slope.T @ error.solve(self.left(x))
+
     def allowed(
         self, x: np.ndarray, error: SignatureError, curvature: np.ndarray
     ) -> tuple[np.ndarray, float]:
@@ -121,8 +126,7 @@ class _System:
         if not len(rows):
             return unbounded, 0.0
         varying = np.ix_(free, free)
-        slope = -self.slope.T @ error.solve(self.left(x)) + x / self.hypothesis.prior_sd**2
-        step = np.linalg.solve(curvature[varying], -slope[free])
+        step = np.linalg.solve(curvature[varying], -self.gradient(x, error)[free])
         unbounded[free] += step
         covariance = np.zeros_like(curvature)
         covariance[varying] = np.linalg.inv(curvature[varying])
@@ -222,7 +226,8 @@ def task_agreement(
 ) -> tuple[float | None, list[TaskAmplitude]]:
     """Whether all tasks ask for the same parameters (Cochran's Q test, of all parameters at once).
 
-    The prior says the same in every task, so it is taken out of what each one tells.
+    The prior says the same in every task, so it is taken out of what each one tells. Bounds do
+    not count here: tasks that ask for more than a bound, and for more than each other, disagree.
 
     Parameters
     ----------
@@ -246,7 +251,7 @@ def task_agreement(
         known = precision - 1.0 > LEAST_OF_PRIOR
         precision, axes = precision[known], axes[:, known]
         told.append(axes * (precision - 1.0) @ axes.T)
-        asked.append(axes * precision @ axes.T @ (part.unbounded / sd))
+        asked.append(axes * precision @ axes.T @ (part.unconstrained / sd))
     squares, ranks = zip(*map(_told_square, told, asked), strict=True)
     common, rank = _told_square(np.sum(told, axis=0), np.sum(asked, axis=0))
     if (degrees := sum(ranks) - rank) < 1:
@@ -260,7 +265,7 @@ def _primary(task: str, part: Fit) -> TaskAmplitude | None:
     told = 1.0 / variance - prior
     if told <= LEAST_OF_PRIOR * prior:
         return None
-    return TaskAmplitude(task, float(part.unbounded[0] / variance / told), float(told**-0.5))
+    return TaskAmplitude(task, float(part.unconstrained[0] / variance / told), float(told**-0.5))
 
 
 def _told_square(told: np.ndarray, asked: np.ndarray) -> tuple[float, int]:

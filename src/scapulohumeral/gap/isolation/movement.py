@@ -82,4 +82,5 @@ def movement_fit(residuals: Mapping[float, Residual], log_evidence: float) -> Fi
         log_evidence,
         moved_deg=other.moved_deg,
         unbounded=np.array([size]),
+        unconstrained=np.array([size]),
     )

@@ -224,7 +224,8 @@ def seen_on_tasks(diagnosis: Diagnosis) -> str:
     share = removed_of_tasks(list(zip(table["before"], table["after"], strict=True)))
     if share is None:
         return ""
-    return f"; on those left out of the fit, {percent(share) if share > 0.0 else 'nothing'} went"
+    change = f"it grew by {percent(-share)}" if share < 0.0 else f"{percent(share)} went"
+    return f"; on those left out of the fit, {change}"
 
 
 def badges(diagnosis: Diagnosis) -> list[str]:

@@ -19,7 +19,7 @@ from scapulohumeral.gap.curve_files import (
     SignatureRow,
     table_of,
 )
-from scapulohumeral.gap.detection.presence import DifferenceMap
+from scapulohumeral.gap.detection.presence import DifferenceMap, z_values
 from scapulohumeral.gap.detection.regions import EnteringCurve, repeated_points
 from scapulohumeral.gap.isolation.channel_gains import gain_factors
 from scapulohumeral.gap.isolation.hypothesis import Fit
@@ -33,7 +33,7 @@ def shows_table(
 ) -> pd.DataFrame:
     """Where the gap shows: difference over standard error of each channel and phase.
 
-    `halves` are the differences (D,) of two halves of the test trials, fewer with one trial.
+    `halves` are the differences (D,) of two halves of the test trials, none with one trial.
     """
     phase = _phase(len(found.sigma))
     repeated = repeated_points(found, residual, halves)
@@ -106,10 +106,8 @@ def overlay_table(residual: Residual, change: np.ndarray, referenced: bool) -> p
 
 def signature_table(residual: Residual, change: np.ndarray) -> pd.DataFrame:
     """The gap, the change (D,) by the best effect and what it leaves, as z values."""
-    gap, effect, rest = (
-        (residual.curves(vector) / residual.spread).sum(axis=0) / np.sqrt(len(residual.tasks))
-        for vector in (residual.delta, change, residual.delta - change)
-    )
+    left = residual.delta - change
+    gap, effect, rest = (z_values(residual, one)[0] for one in (residual.delta, change, left))
     phase = _phase(len(gap))
     return table_of(
         SignatureRow,

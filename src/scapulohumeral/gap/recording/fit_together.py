@@ -73,29 +73,34 @@ def check_repeats(case: Case) -> None:
 def check_units(case: Case) -> None:
     """Refuse joints whose angles are in radians in one trial of a task and in degrees in another.
 
+    An elbow may be straight in one trial and bent in another: :func:`unlike_others` says so.
+
     Raises
     ------
     DataError                        names files and columns
     """
     for task in dict.fromkeys(trial.task for trial in case.trials):
-        for joint in ("SC", "GH", "EL"):
-            _check_joint([trial for trial in case.trials if trial.task == task], joint)
+        for joint in ("SC", "GH"):
+            trials = [trial for trial in case.trials if trial.task == task]
+            if (fault := _other_unit(trials, joint)) is not None:
+                raise DataError(f"{fault}, so these are radians; multiply by 180/pi.")
 
 
-def _check_joint(trials: Sequence[GapTrial], joint: str) -> None:
+def _other_unit(trials: Sequence[GapTrial], joint: str) -> str | None:
+    """In which trial of a task a joint's angles may have another unit, in words; or None."""
     columns = [i for i, name in enumerate(ANGLE_NAMES) if name.startswith(f"{joint}_")]
     of_trials = [(float(np.abs(t.angles_rad[:, columns]).max()), t.source) for t in trials]
     # Zero throughout is what was not measured.
     measured = [(largest, source) for largest, source in of_trials if largest > 0.0]
     if not measured:
-        return
+        return None
     small, large = (f(measured, key=lambda one: one[0]) for f in (min, max))
-    if small[0] <= np.deg2rad(2.0 * np.pi) and large[0] > OTHER_UNIT * small[0]:
-        raise DataError(
-            f"{small[1]}, columns {joint}_*: all angles are within +-{np.rad2deg(small[0]):.2f} "
-            f"deg, in {large[1]} up to {np.rad2deg(large[0]):.0f} deg, so these are radians; "
-            "expected degrees in all columns. Multiply by 180/pi."
-        )
+    if small[0] > np.deg2rad(2.0 * np.pi) or large[0] <= OTHER_UNIT * small[0]:
+        return None
+    return (
+        f"{small[1]}, columns {joint}_*: all angles are within +-{np.rad2deg(small[0]):.2f} "
+        f"deg, in {large[1]} up to {np.rad2deg(large[0]):.0f} deg; expected degrees in all columns"
+    )
 
 
 def _called(trial: GapTrial, case: Case) -> str:
@@ -122,6 +127,8 @@ def unlike_others(case: Case) -> list[str]:
                     f"{task} {usual:.2f} s in the median; look whether it is whole (window_s)"
                 )
         notes += _unlike_ends(trials, task, case)
+        if (fault := _other_unit(trials, "EL")) is not None:
+            notes.append(f"{fault}: look whether these are radians, or the arm was straight")
     windows = {trial.name: trial.window_s for trial in case.reference}
     for trial in () if case.one_movement else case.test:
         if windows.get(trial.name) == trial.window_s:

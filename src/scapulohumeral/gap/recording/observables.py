@@ -202,6 +202,18 @@ def difference(observed: Observation, mean_record: Observation) -> Array:
     return np.hstack(parts)
 
 
+def without(observed: Observation, change: Array) -> Observation:
+    """A record whose EMG and joint force are less by a change (N, K) of all channels."""
+    first = len(KINEMATIC_CHANNELS)
+    emg = force = None
+    if observed.emg is not None:
+        beside = first + observed.emg.shape[1]
+        emg, first = observed.emg - change[:, first:beside], beside
+    if observed.contact_N is not None:
+        force = observed.contact_N - change[:, first:]
+    return replace(observed, emg=emg, contact_N=force)
+
+
 def channel_rates(observed: Observation) -> Array:
     """Rates (N, K) of the channels per unit of phase, which runs from 0 to 1."""
     motion = replace(observed, emg=None, contact_N=None)

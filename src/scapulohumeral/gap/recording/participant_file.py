@@ -142,7 +142,9 @@ def read_participant_file(path: Path, masses: str) -> ParticipantFile:
     _check_gravity(path, document["gravity_in_thorax_mps2"])
     emg = document.get("emg", {"channels": {}, "unit": "fraction_of_mvc"})
     channels = {name: tuple(groups) for name, groups in emg["channels"].items()}
-    neighbours = tuple(tuple(pair) for pair in emg.get("neighbours", ()))
+    # Cross-talk has no direction: a pair that is named both ways is one.
+    pairs = {frozenset(pair): tuple(pair) for pair in emg.get("neighbours", ())}
+    neighbours = tuple(pairs.values())
     for name in {name for pair in neighbours for name in pair} - channels.keys():
         raise ConfigError(
             f"{path}, emg.neighbours: '{name}'; expected one of {', '.join(channels)}. "

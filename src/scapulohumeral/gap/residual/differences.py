@@ -26,6 +26,7 @@ from scapulohumeral.gap.recording.observables import (
     electrode_matrix,
     mean,
     recorded,
+    without,
 )
 from scapulohumeral.gap.residual.noise import Noise, Repeats, trial_noise
 from scapulohumeral.gap.residual.residual import Residual, compress
@@ -33,6 +34,8 @@ from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 Side = Literal["test", "reference"]
+# From this ratio of durations on a reader wants to know.
+OTHER_TEMPO = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,14 @@ class Records:
         if self.of_one_movement:
             return {"test": self.test}
         return {"test": self.test, "reference": self.reference}
+
+    @property
+    def durations_s(self) -> dict[str, float]:
+        """Mean duration of the test trials of each task."""
+        return {
+            task: float(np.mean([one.duration_s for one in self.test[task]]))
+            for task in self.mean_records
+        }
 
     def about_mean(self, task: str, trials: Iterable[Observation]) -> np.ndarray:
         """Curves (L, N, K) of trials of a task relative to its mean record."""
@@ -197,6 +208,26 @@ def solved_part(
     return records.of_tasks(set(records.mean_records) - set(faults))
 
 
+def at_one_tempo(
+    records: Records, signatures: Sequence[TaskSignatures], warnings: list[str]
+) -> Records:
+    """The same, with EMG and joint force of test trials as the tempo of the reference asks for.
+
+    `warnings` gets one sentence per task with another tempo.
+    """
+    test = dict(records.test)
+    for of_task in signatures:
+        task = of_task.task
+        test[task] = [without(one, of_task.tempo) for one in records.test[task]]
+        longer = records.durations_s[task] / records.mean_records[task].duration_s
+        if np.any(of_task.tempo) and abs(np.log(longer)) > np.log(OTHER_TEMPO):
+            warnings.append(
+                f"test trials of task {task} last {longer:.2f} times as long as reference trials: "
+                "what this changes of EMG and joint force, as the model predicts it, is taken off"
+            )
+    return replace(records, test=test)
+
+
 def repeat_noise(records: Records, functions: np.ndarray, settings: GapSettings) -> Noise:
     """Covariance of one trial, from all that was repeated."""
     repeats = {
@@ -218,16 +249,58 @@ def mean_difference(
     return _residual(records, tuple(records.mean_records), curves_, trials, noise, functions)
 
 
-def trial_differences(
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """Trials of one task that are left out, and what the others of that task differ by.
+
+    Attributes
+    ----------
+    task : name
+    left_out : difference of a test trial, to a reference trial if these scatter
+    rest : (D,) mean difference of the other trials
+    """
+
+    task: str
+    left_out: Residual
+    rest: np.ndarray
+
+
+def folds(
     records: Records, signatures: Sequence[TaskSignatures], noise: Noise, functions: np.ndarray
-) -> tuple[TrialDifference, ...]:
-    """The difference of each test trial, task by task; its covariance is that between repeats."""
-    singles = zip(records.mean_records, _singles(records, signatures), strict=True)
-    return tuple(
-        TrialDifference(task, _residual(records, (task,), [curve], [1], noise, functions))
-        for task, own in singles
-        for curve in own
-    )
+) -> tuple[Fold, ...]:
+    """Every trial left out at least once, on both sides: what is odd in a reference trial is odd in
+    all differences to it. A task with one trial on a side has nothing to leave out.
+    """
+    found = []
+    scattering = records.sides.get("reference", {})
+    for task, curves_ in zip(records.mean_records, _singles(records, signatures), strict=True):
+        test = np.stack([compress([curve], functions) for curve in curves_])
+        base = np.zeros((1, test.shape[1]))
+        if scattering:
+            base = records.about_mean(task, scattering[task])
+            base = np.stack([compress([curve], functions) for curve in base])
+        if len(test) < 2 or (scattering and len(base) < 2):
+            continue
+        own = (1.0 + bool(scattering)) * noise.covariances[task]
+        for k in range(max(len(test), len(base))):
+            i, j = k % len(test), k % len(base)
+            rest = np.delete(test, i, axis=0).mean(axis=0)
+            if scattering:
+                rest = rest - np.delete(base, j, axis=0).mean(axis=0)
+            left_out = _of(records, (task,), test[i] - base[j], own, noise, functions)
+            found.append(Fold(task, left_out, rest))
+    return tuple(found)
+
+
+def halves(
+    records: Records, signatures: Sequence[TaskSignatures], functions: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Differences (D,) of two halves of the test trials; none if a task has but one trial."""
+    curves_ = _singles(records, signatures)
+    if min(map(len, curves_)) < 2:
+        return ()
+    parts = ([np.mean(own[part::2], axis=0) for own in curves_] for part in (0, 1))
+    return tuple(compress(part, functions) for part in parts)
 
 
 def _singles(records: Records, signatures: Sequence[TaskSignatures]) -> list[list[np.ndarray]]:
@@ -254,8 +327,20 @@ def _residual(
     weights = [1.0 / n + (1.0 / m if m else 0.0) for n, m in zip(trials, counts, strict=True)]
     own = [noise.covariances[task] for task in tasks]
     repeats = block_diag(*(w * one for w, one in zip(weights, own, strict=True)))
+    return _of(records, tasks, compress(curves_, functions), repeats, noise, functions)
+
+
+def _of(
+    records: Records,
+    tasks: tuple[str, ...],
+    delta: np.ndarray,
+    repeats: np.ndarray,
+    noise: Noise,
+    functions: np.ndarray,
+) -> Residual:
+    """Residual (D,) of tasks with the covariance (D, D) between repeats."""
     return Residual(
-        delta=compress(curves_, functions),
+        delta=delta,
         covariance=repeats,
         noise=repeats,
         functions=functions,
@@ -263,11 +348,3 @@ def _residual(
         channels=records.channels,
         degrees=tuple(noise.worth[task] for task in tasks),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class TrialDifference:
-    """One test trial: task, difference of that task's coefficients to the reference."""
-
-    task: str
-    residual: Residual

@@ -244,8 +244,11 @@ def total_covariance(
     posture = [compress([of_task.posture], functions) for of_task in signatures]
     total += shares.markers**2 * block_diag(*(columns @ columns.T for columns in posture))
     # Not a matter of sessions: no share of it is taken.
-    unmeasured = [compress([of_task.unmeasured], functions) for of_task in signatures]
-    total += block_diag(*(columns @ columns.T for columns in unmeasured))
+    always = [
+        compress([np.concatenate([of_task.unmeasured, of_task.tempo_errors])], functions)
+        for of_task in signatures
+    ]
+    total += block_diag(*(columns @ columns.T for columns in always))
     by_channel = np.where(_of_emg(channels), shares.electrodes, shares.markers)
     session = compress([of_task.session * by_channel for of_task in signatures], functions)
     total += session @ session.T

@@ -34,9 +34,8 @@ from scapulohumeral.gap.signatures.nuisances import (
     session_records,
     unmeasured_records,
 )
-from scapulohumeral.model.rotations import (
-    Array,
-)
+from scapulohumeral.gap.signatures.tempo import tempo_change, tempo_errors
+from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solving.solver import Start
 
 # How firmly a person may keep a movement against an effect, in units of the tracking weight that
@@ -61,6 +60,8 @@ class TaskSignatures:
     intended : (10, B, N, K) change per degree of each smooth change of the motion that was intended
     posture, session : (R, N, K) change per standard deviation of each nuisance: of the motion
         that was intended in this task, and of markers and electrodes, common to all tasks
+    tempo, tempo_errors : (N, K) change of EMG and joint force by doing the movement in the time of
+        the trials that are compared, and (R, N, K) per standard deviation of what it is off by
     unmeasured : (R, N, K) change per standard deviation of each turn of a segment that a rule
         stands for
     followed, followed_session, followed_unmeasured : change of the prediction by effects on the
@@ -80,6 +81,8 @@ class TaskSignatures:
     intended: Array
     posture: Array
     session: Array
+    tempo: Array
+    tempo_errors: Array
     unmeasured: Array
     followed: tuple[Array, ...]
     followed_session: Array
@@ -106,6 +109,7 @@ class TaskSignatures:
 def task_signatures(
     task: str,
     mean_record: Observation,
+    compared_s: float,
     model: ParticipantModel,
     effects: Sequence[Effect],
     sensors: SensorSetup,
@@ -118,6 +122,7 @@ def task_signatures(
     Parameters
     ----------
     task, mean_record : name and mean of its recorded trials
+    compared_s : duration of the trials that are compared with it
     model, settings : of the nominal movement
     effects : what it is differentiated by; sensors : what is recorded
     emg_tells_bias : whether EMG tells how the person drives muscles without effects
@@ -134,6 +139,7 @@ def task_signatures(
         move, point = move.with_control_bias(
             point, mean_record.emg, sensors.electrodes, settings.iterations
         )
+    tempo = tempo_change(move, point, mean_record, compared_s, sensors, model, settings)
     move = with_state(move, point)
     local = Linearised(move, move.body, point, mean_record.duration_s, sensors)
     by_stiffness = [local, *(local.kept(stiffness) for stiffness in STIFFNESSES[1:])]
@@ -156,6 +162,8 @@ def task_signatures(
         intended=intended,
         posture=settings.session.posture_deg * _varying(intended),
         session=changes[nuisance],
+        tempo=tempo,
+        tempo_errors=tempo_errors(tempo, settings.signature_error),
         unmeasured=changes[unmeasured],
         followed=effects_followed,
         followed_session=records_followed[nuisance],

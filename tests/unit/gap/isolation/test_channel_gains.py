@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from gap_movement import NODES, SETUP
 
+from scapulohumeral.gap.effects import strength_loss
+from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation.channel_gains import (
     expected_left,
@@ -71,6 +73,25 @@ def test_a_prior_is_taken_out_of_what_the_data_know(truth):
             assert variance > fitted.covariance[0, 0]
         else:
             np.testing.assert_array_equal(x, fitted.x)
+
+
+def test_parameters_keep_their_order_without_the_prior():
+    """What is left of the fibres is no stronger than it was, whatever data say of each."""
+    weak = strength_loss.members(Setup(("supra", "delt"), (), (), contact=False))[0]
+    [(first, second)] = weak.order
+    size, kept_apart = 24, 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        slope = rng.normal(size=(size, 2)) * rng.uniform(0.5, 6.0, size=2)
+        alone = Hypothesis((weak,), np.zeros(2), np.zeros((size, 1)), slope, 1.0)
+        unit = np.eye(size)
+        delta = slope @ [-0.9, -0.8] + rng.normal(size=size)
+        there = Residual(delta, unit, unit, unit, ("t",), ("EMG_a",), (4.0,))
+        fitted = fit(alone, there, 0.3)
+        x, _ = freed_of_prior(fitted)
+        assert x[first] <= x[second] + 1e-12
+        kept_apart += x[first] == x[second]
+    assert 0 < kept_apart < 100
 
 
 def test_factors_of_one_task_hold_for_another(truth):

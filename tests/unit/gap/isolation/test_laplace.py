@@ -303,6 +303,16 @@ def test_tasks_that_agree_about_the_first_parameter_alone_disagree():
     assert task_agreement(both, residual(agreeing + noise(3)), 0.0, 1.0)[0] > 0.01
 
 
+def test_tasks_that_ask_for_different_amplitudes_beyond_a_bound_disagree():
+    """At the bound, which both fits end on, they would agree."""
+    h = hypothesis(DAMPING, 1)
+    _, high = h.bounds
+    factor = np.repeat([1.2, 6.0], SIZE // 2)
+    p, rows = task_agreement(h, residual(factor * (h.slope @ high) + noise(3)), 0.0, 1.0)
+    assert p < 1e-3
+    assert rows[1].x > 3.0 * rows[0].x > 3.0 * high[0]
+
+
 def with_quiet_task(share):
     """A cause that shows in task b by a share of what it does elsewhere."""
     h = hypothesis(DAMPING, 1)

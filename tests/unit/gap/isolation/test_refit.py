@@ -48,7 +48,7 @@ def weakened(quaternion_equations):
     of_task = TaskSignatures(
         task="t", mean_record=mean_record, nominal=local.observed, point=point, effects=((slope,),),
         intended=nothing, posture=nothing, session=nothing, followed=(), followed_session=nothing,
-        unmeasured=nothing, followed_unmeasured=nothing,
+        tempo=nothing, tempo_errors=nothing, unmeasured=nothing, followed_unmeasured=nothing,
         slack=nothing, levers=nothing, needed=nothing, drive=move.drive,
     )  # fmt: skip
     weak = WEAK.apply(move.body, np.array([LEFT, FIBRES_LEFT]))

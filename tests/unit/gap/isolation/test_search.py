@@ -50,6 +50,12 @@ def supposed_residuals(same=SAME):
     return {0.0: same, 6.0: replace(same, covariance=moved, moved_deg=6.0)}
 
 
+def records(*, referenced=True):
+    """What is asked of records: there are trials of one person."""
+    reference = {"lift": ()} if referenced else {}
+    return SimpleNamespace(sensors=None, reference=reference, of_one_person=True)
+
+
 def bare(same=SAME, **known):
     """What fits are made of, and nothing of the movements."""
     labels = [h.label for h in LOOSE]
@@ -57,15 +63,14 @@ def bare(same=SAME, **known):
     start = {
         "residuals": supposed_residuals(same),
         "cautious": same,
-        "trials": (),
+        "folds": (),
+        "halves": (),
         "noise": None,
         "effects": tuple(h.effects[0] for h in LOOSE),
         "prior": {**dict.fromkeys(labels, 0.1), **dict.fromkeys(pairs, 0.01)},
-        "sensors": None,
+        "records": records(),
         "signatures": (),
         "unknown_inputs": SimpleNamespace(columns=COLUMNS),
-        "referenced": True,
-        "of_one_person": True,
         "session_shares": SessionShares(1.0, 1.0),
         "settings": SETTINGS,
         "known": {1.0: LOOSE, 10.0: FIRM},
@@ -220,7 +225,7 @@ def test_without_reference_trials_errors_of_the_record_are_not_solved_again(monk
     same = residual(LOOSE[2].slope @ np.ones(LOOSE[2].slope.shape[1]) + noise(1))
     for referenced in (True, False):
         asked = solving(monkeypatch, 9.0)
-        fit_all(bare(same, referenced=referenced), None, 1, [])
+        fit_all(bare(same, records=records(referenced=referenced)), None, 1, [])
         assert (GAIN.label in [label for label, *_ in asked]) is referenced
 
 

@@ -103,7 +103,10 @@ def test_only_a_record_that_tells_habits_gives_any(nominal, monkeypatch, tells):
     move, _ = nominal
     monkeypatch.setattr(of_tasks, "movement", lambda *_: move)
     monkeypatch.setattr(of_tasks, "nominal_start", lambda move, settings: move.cold_start())
-    found = task_signatures("t", small_record(), None, (), RECORDER, SETTINGS, tells, False)
+    record = small_record()
+    found = task_signatures(
+        "t", record, record.duration_s, None, (), RECORDER, SETTINGS, tells, False
+    )
     assert bool(found.drive.slope.any()) is tells
 
 

@@ -118,7 +118,7 @@ def test_the_same_repeat_of_a_task_twice_on_one_side_is_refused() -> None:
         check_repeats(case((), first, again))
 
 
-@pytest.mark.parametrize("joint", ["SC", "GH", "EL"])
+@pytest.mark.parametrize("joint", ["SC", "GH"])
 def test_a_joint_in_radians_on_one_side_is_refused(joint: str) -> None:
     columns = [name.startswith(f"{joint}_") for name in ANGLE_NAMES]
     degrees = trial("a")
@@ -134,6 +134,18 @@ def test_a_joint_in_radians_on_one_side_is_refused(joint: str) -> None:
     for references in ([degrees], []):
         with pytest.raises(DataError, match=r"b.csv, .* are radians"):
             check_units(case((), degrees, radians, reference=references))
+
+
+def test_a_straight_elbow_is_no_fault_but_is_said() -> None:
+    elbow = np.array(ANGLE_NAMES) == "EL_x"
+    bent = trial("a")
+    straight = trial("b", angles_rad=np.where(elbow, 0.01, bent.angles_rad))
+    known = case((), bent, reference=[straight])
+    check_units(known)
+    assert any(
+        "b.csv, columns EL_*" in note and "straight" in note for note in unlike_others(known)
+    )
+    assert not any("EL_*" in note for note in unlike_others(case((), bent, reference=[bent])))
 
 
 def test_an_elbow_that_was_not_measured_is_no_other_unit() -> None:

@@ -17,6 +17,9 @@ from scapulohumeral.gap.recording.observables import (
 from scapulohumeral.gap.residual.differences import (
     Records,
     _paired,
+    at_one_tempo,
+    folds,
+    halves,
     mean_difference,
     repeat_noise,
 )
@@ -71,3 +74,55 @@ def test_the_mean_that_pairs_are_carried_onto_is_no_trial():
             left.mean_records["lift"].pose, records.mean_records["lift"].pose
         )
     assert alone(records) == ()
+
+
+def left_out(records: Records):
+    """Trials that are left out."""
+    noise = repeat_noise(records, FUNCTIONS, SETTINGS)
+    return folds(records, [SimpleNamespace(task="lift")], noise, FUNCTIONS), noise
+
+
+def test_what_is_odd_in_a_reference_trial_is_not_removed_from_a_fold_by_itself():
+    """One reference trial is turned: it is either in what is left out or in the rest."""
+    plain = recorded(one_movement=False)
+    reference = plain.reference["lift"]
+    odd = replace(reference[0], pose=turn_frame(reference[0].pose, "scapula", np.deg2rad(TURN_DEG)))
+    records = replace(plain, test={"lift": reference}, reference={"lift": [odd, *reference[1:]]})
+    found, noise = left_out(records)
+    assert len(found) == 3
+    turned = found[0].left_out.channel_rows(["AC_rz"])
+    shown = np.array([[one.left_out.delta[turned][0], one.rest[turned][0]] for one in found])
+    scale = np.abs(shown).max()
+    with_odd = np.abs(shown) > 0.1 * scale
+    np.testing.assert_array_equal(with_odd, [[True, False], [False, True], [False, True]])
+    np.testing.assert_allclose(
+        found[0].left_out.covariance, 2.0 * noise.covariances["lift"], rtol=1e-12
+    )
+
+
+def test_one_trial_on_a_side_leaves_nothing_to_be_left_out():
+    records = recorded(one_movement=False)
+    one_reference = replace(records, reference={"lift": records.reference["lift"][:1]})
+    one_test = replace(records, test={"lift": records.test["lift"][:1]})
+    assert left_out(one_reference)[0] == left_out(one_test)[0] == ()
+    assert halves(one_test, [SimpleNamespace(task="lift")], FUNCTIONS) == ()
+    assert len(halves(records, [SimpleNamespace(task="lift")], FUNCTIONS)) == 2
+    # The reference of records of one movement is exact.
+    [first, *_], noise = left_out(recorded(one_movement=True))
+    np.testing.assert_allclose(first.left_out.covariance, noise.covariances["lift"])
+
+
+def test_what_another_tempo_asks_for_is_taken_off_and_said():
+    records = recorded(one_movement=False)
+    slower = [replace(one, duration_s=1.5 * one.duration_s) for one in records.test["lift"]]
+    records = replace(records, test={"lift": slower})
+    tempo = np.zeros((NODES, len(NAMES)))
+    tempo[:, -1] = 0.125
+    warnings: list[str] = []
+    same = at_one_tempo(records, [SimpleNamespace(task="lift", tempo=tempo)], warnings)
+    for before, after in zip(slower, same.test["lift"], strict=True):
+        np.testing.assert_array_equal(after.pose, before.pose)
+        np.testing.assert_allclose(before.emg - after.emg, tempo[:, -2:])
+    assert same.reference == records.reference
+    [said] = warnings
+    assert "task lift last 1.50 times as long" in said

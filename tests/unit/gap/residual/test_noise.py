@@ -264,6 +264,7 @@ def test_markers_and_electrodes_change_by_shares_of_their_own():
         session=np.concatenate([frame, gain]),
         posture=rng.normal(size=size),
         unmeasured=np.zeros((0, NODES, len(NAMES))),
+        tempo_errors=np.zeros((0, NODES, len(NAMES))),
     )
     nothing = np.zeros((len(NAMES) * FUNCTIONS.shape[1],) * 2)
 

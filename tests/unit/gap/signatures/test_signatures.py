@@ -136,7 +136,7 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
         effects=((wrong,), (2.0 * wrong,)), intended=none, posture=none, session=wrong,
         followed=(followed,),
         followed_session=0.5 * followed,
-        unmeasured=wrong, followed_unmeasured=followed,
+        tempo=none, tempo_errors=none, unmeasured=wrong, followed_unmeasured=followed,
         slack=none, levers=none, needed=none,
         drive=local.move.drive,
     )  # fmt: skip

@@ -35,7 +35,7 @@ from scapulohumeral.gap.nominal.participant_model import (
     participant_model,
 )
 from scapulohumeral.gap.recording.case import Case, EmgSeries, GapTrial, make_case
-from scapulohumeral.gap.recording.observables import difference, phase_functions
+from scapulohumeral.gap.recording.observables import difference, phase_functions, without
 from scapulohumeral.gap.residual.differences import read_records, repeat_noise
 from scapulohumeral.gap.residual.noise import SessionShares, total_covariance
 from scapulohumeral.gap.residual.residual import Residual, compress
@@ -138,7 +138,10 @@ def _compared(
     unseen = read_records(hidden, model, settings, [])
     [mean_record], [[test]] = unseen.mean_records.values(), unseen.test.values()
     last, local = bias_and_following(case, records), settings_of_signatures(settings, records)
-    of_task = task_signatures("hidden", mean_record, model, effects, records.sensors, local, *last)
+    of_task = task_signatures(
+        "hidden", mean_record, test.duration_s, model, effects, records.sensors, local, *last
+    )
+    test = without(test, of_task.tempo)
     spread, base = None, mean_record
     if not records.reference:
         of_task, base = of_task.of_residual(), of_task.nominal

@@ -80,6 +80,7 @@ rule solve_validation:
         recording=recording,
         channels="config/emg/channels.csv",
         calibration=validation_muscles,
+        tracked=TRACKED_TASK,
     output:
         solution="results/validation/{participant}/{trial}_{muscles}.npz",
         summary="results/validation/{participant}/{trial}_{muscles}.summary.json",

@@ -16,6 +16,7 @@ solve_validation(
         model=model_files(snakemake),
         channels=Path(snakemake.input.channels),
         calibration=next(map(Path, snakemake.input.calibration), None),
+        tracked=Path(snakemake.input.tracked),
     ),
     settings=solve_settings(snakemake),
     solution=(Path(snakemake.output.solution), Path(snakemake.output.summary)),

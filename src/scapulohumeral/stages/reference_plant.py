@@ -185,7 +185,7 @@ def simulate_task(
     posed = _pose(files, target, settings, motion)
     done = _solve(posed, posed.cold_start(), settings, outputs, files, motion)
     channels = read_channels(files.channels)
-    excitation = done.excitation @ channels.matrix(done.muscles.tolist()).T
+    excitation = _excitation(posed, done, files) @ channels.matrix(done.muscles.tolist()).T
     stream = random_stream(electrodes.seed, files.participant, trial)
     raw = simulate_recording(done.time_s, excitation, channels, electrodes, stream)
     write_recording(outputs.raw[trial], raw)

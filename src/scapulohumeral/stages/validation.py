@@ -18,6 +18,7 @@ from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.emg.envelope import read_envelopes
 from scapulohumeral.errors import DataError
 from scapulohumeral.ocp.solution import read_solution
+from scapulohumeral.ocp.solving.solver import Start
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import (
     SolveSettings,
@@ -30,18 +31,25 @@ from scapulohumeral.problems.posed_problem import (
     unsolved,
 )
 from scapulohumeral.stages.calibration import calibrated_muscles, calibration_failure
-from scapulohumeral.stages.tracking import read_trial, tracking_target
+from scapulohumeral.stages.tracking import read_trial, tracking_failure, tracking_target
 
 PARAMETERS = ("generic", "calibrated")
 
 
 @dataclass(frozen=True)
 class ValidationFiles:
-    """A participant's model, the EMG channels, and scalers (None: generic muscles)."""
+    """What one daily task is solved from.
+
+    Attributes
+    ----------
+    model : of the participant; channels : of EMG; calibration : scalers, or None: generic muscles
+    tracked : tracking solution of the task
+    """
 
     model: ModelFiles
     channels: Path
     calibration: Path | None
+    tracked: Path
 
 
 def solve_validation(
@@ -53,23 +61,28 @@ def solve_validation(
 ) -> None:
     """Track one daily task with joint stability; write solution and summary.
 
+    It starts from the task tracked without joint stability: a cold start, whose joint force may
+    point anywhere, ends in a poorer optimum of reaching to a shelf (par2).
+
     A solve that fails is written too, sealed by its status; so is one whose muscles could not be
-    calibrated.
+    calibrated, or whose task could not be tracked.
     """
     model = load_model(files.model)
+    tracked = read_solution(files.tracked, allow_failed=True)
     failure = calibration_failure(files.calibration) if files.calibration else ""
+    failure = failure or tracking_failure([tracked])
     # Generic muscles complete a problem that is sealed; nothing is solved with them.
     scalers = None if failure else files.calibration
     muscles = calibrated_muscles(model.record, files.channels, scalers)
     recording = read_trial(files.model, trial)
     target = tracking_target(recording, settings.time_step_s)
     posed = pose(model, muscles, target, settings, recording.hand_load_kg)
-    start = posed.cold_start()
     if failure:
-        result = unsolved(posed, start, failure, solver_log)
+        result = unsolved(posed, posed.cold_start(), failure, solver_log)
     else:
-        result = solve_posed(posed, start, settings, solver_log)
-    others = [files.channels, recording.file] + ([files.calibration] if files.calibration else [])
+        result = solve_posed(posed, Start(tracked.free), settings, solver_log)
+    others = [files.channels, recording.file, files.tracked]
+    others += [files.calibration] if files.calibration else []
     about = header(
         posed,
         result,

@@ -110,19 +110,34 @@ def test_task_that_failed_with_all_muscles_keeps_its_rows(tmp_path):
     assert rows[["rmse_generic", "rmse_calibrated"]].isna().all(axis=None)
 
 
-def test_task_without_its_scalers_is_written_as_failed(quaternion_equations, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("calibration", "tracking", "why"),
+    [
+        ("failed", "optimal", "calibration failed: no way"),
+        (None, "failed", "tracking of frontal failed"),
+    ],
+)
+def test_task_without_what_it_starts_from_is_written_as_failed(
+    calibration, tracking, why, quaternion_equations, tmp_path, monkeypatch
+):
     monkeypatch.setattr(validation, "load_model", lambda _: small_model(quaternion_equations))
     monkeypatch.setattr(validation, "hashes", lambda *_: {})
-    scalers = tmp_path / "scalers.json"
-    scalers.write_text('{"status": "failed", "message": "no way", "groups": {}}', encoding="utf-8")
+    scalers = None
+    if calibration:
+        scalers = tmp_path / "scalers.json"
+        failure = {"status": calibration, "message": "no way", "groups": {}}
+        scalers.write_text(json.dumps(failure), encoding="utf-8")
     person = PARTICIPANTS / "par2" / "participant.yaml"
-    files = ValidationFiles(ModelFiles(person, *[tmp_path / "unread"] * 4), TABLE, scalers)
+    tracked = tmp_path / "tracked.npz"
+    write_solution(solution("par2", "frontal", "quaternion", tracking), tracked)
+    files = ValidationFiles(ModelFiles(person, *[tmp_path / "unread"] * 4), TABLE, scalers, tracked)
     written = tmp_path / "task.npz", tmp_path / "task.summary.json"
     solve_validation("frontal", files, small_settings(), written, tmp_path / "solver.log")
-    with pytest.raises(SolveError, match="calibration failed: no way"):
+    with pytest.raises(SolveError, match=why):
         read_solution(written[0])
     about = json.loads(written[1].read_text(encoding="utf-8"))
-    assert (about["parameters"], about["iterations"]) == ("calibrated", 0)
+    kind = "calibrated" if calibration else "generic"
+    assert (about["parameters"], about["iterations"]) == (kind, 0)
 
 
 def test_unknown_muscles_are_refused(tmp_path):

@@ -82,12 +82,16 @@ class Envelopes:
     def at(self, time_s: Array) -> Array:
         """Values at other times, shape (N, C), by linear interpolation.
 
+        Whole sampling intervals begin after the recording does and end before it: at both ends the
+        value is held for one of them.
+
         Raises
         ------
         DataError                        if a time is not covered
         """
         first, last = self.time_s[[0, -1]]
-        if time_s.min() < first or time_s.max() > last:
+        interval = self.time_s[1] - first
+        if time_s.min() <= first - interval or time_s.max() >= last + interval:
             raise DataError(
                 f"EMG is known from {first:.3f} to {last:.3f} s; asked for {time_s.min():.3f} to "
                 f"{time_s.max():.3f} s. Record EMG longer than the motion, or correct emg.delay_s."

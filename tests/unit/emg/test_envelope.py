@@ -120,6 +120,17 @@ def test_wrong_recordings_are_refused() -> None:
         covered.at(np.array([5.0, 10.5]))
 
 
+def test_a_motion_of_the_same_frames_is_covered() -> None:
+    """EMG that starts between samples of its envelope, and a last frame that is rounded up."""
+    raw = recording(tone(150.0), start_s=62.0 / 120.0)
+    result = normalised_envelopes(raw, recording(tone(150.0)), ENVELOPE)
+    assert result.time_s[0] > raw.time_s[0]
+    ends = np.array([raw.time_s[0], np.nextafter(result.time_s[-1], 99.0)])
+    np.testing.assert_array_equal(result.at(ends), result.values[[0, -1]])
+    with pytest.raises(DataError, match="asked for"):
+        result.at(result.time_s[:1] - 0.011)
+
+
 def test_contradictory_settings_are_refused() -> None:
     with pytest.raises(ConfigError, match="expected them to increase"):
         replace(ENVELOPE, band_low_hz=500.0)

@@ -38,6 +38,7 @@ from scapulohumeral.report.prediction.figures import (
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import sweep_figure
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
+from scapulohumeral.report.prediction.targets import TASKS
 from scapulohumeral.report.published import paper
 from scapulohumeral.report.published.comparison import (
     comparison,
@@ -108,11 +109,13 @@ def html_of_tables(tmp_path_factory: pytest.TempPathFactory) -> str:
     They are about no plane, and one is drawn sooner than three.
     """
     files = written(tmp_path_factory.mktemp("one_plane"), PLANES[:1])
-    row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2", "task": "shelf_reaching"}
+    row = dict.fromkeys(COLUMNS, 0.0) | {"participant": "par2"}
     row |= {"status": "optimal", "certified": True, "variant": "study", "condition": "healthy"}
-    row |= {"tilt_rmse_deg": 13.91, "tracked_tilt_rmse_deg": 8.4, "apart_tilt_rmse_deg": 11.0}
+    table = pd.DataFrame([{**row, "task": task} for task in TASKS])
+    angles = ["tilt_rmse_deg", "tracked_tilt_rmse_deg", "apart_tilt_rmse_deg"]
+    table.loc[table.task == "shelf_reaching", angles] = [13.91, 8.4, 11.0]
     path = tmp_path_factory.mktemp("tasks") / "against_tasks.csv"
-    pd.DataFrame([row]).to_csv(path, index=False)
+    table.to_csv(path, index=False)
     tables = {FIELDS.get(Path(name).stem, Path(name).stem): [Path(name)] for name in COMMITTED}
     coordination = replace(files.coordination, against_tasks=[path], **tables)
     return render_report(replace(files, coordination=coordination))

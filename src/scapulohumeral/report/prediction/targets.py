@@ -20,6 +20,10 @@ from scapulohumeral.report.tables import Table
 from scapulohumeral.report.targets import Verdict
 
 NOTHING = "no prediction"
+# What "in every plane" and "in every task" of the limits are. A limit that less was asked for than
+# this is missed.
+PLANES = ("frontal", "scapular", "sagittal")
+TASKS = ("drinking", "driving", "shelf_reaching", "lifting")
 RHYTHM_CELLS = 24
 # Variant of the configuration that differs from the study in the arm it follows only.
 SAME_MODEL_ON_PUBLISHED_ARM = "study_arm"
@@ -49,13 +53,14 @@ def recording_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterat
     for key, (column, words) in least.items():
         for participant, limit in limits[key].items():
             name = f"{participant}, healthy prediction: {words}, worst plane"
-            yield _at_most(name, _of(rows, participant=participant), column, limit, " deg")
+            own = _every(PLANES, _of(rows, participant=participant))
+            yield _at_most(name, own, column, limit, " deg")
     for participant, limit in limits["in_band_share"].items():
-        own = _of(rows, participant=participant)
+        own = _every(PLANES, _of(rows, participant=participant))
         name = f"{participant}, healthy prediction: share of the rise in the healthy band"
         yield _at_least(name, own, "in_band_share", limit)
     for participant in limits["upward_rotation_rmse_deg"]:
-        own = _of(rows, participant=participant)
+        own = _every(PLANES, _of(rows, participant=participant))
         name = f"{participant}, healthy prediction: share outside the fitted muscle paths"
         yield _outside(name, own, limits)
         name = f"{participant}, healthy prediction: median moment of the joint stops"
@@ -68,7 +73,7 @@ def task_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Ve
     rows = _of(table, variant=limits["variant"], condition=limits["condition"])
     rows = rows.rename(columns={"task": "plane"})
     for participant, limit in limits["rmse_deg"].items():
-        own = _of(rows, participant=participant)
+        own = _every(TASKS, _of(rows, participant=participant))
         for column, words in daily_tasks.ANGLES.items():
             name = f"{participant}, daily tasks: {words} against the recording, RMSE, worst task"
             yield _at_most(name, own, column, limit, " deg")
@@ -187,6 +192,11 @@ def _of(table: pd.DataFrame, **values: str) -> pd.DataFrame:
             return table
         table = table[table[column] == value]
     return table
+
+
+def _every(places: tuple[str, ...], rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows of all planes or tasks that a limit holds for; none if one was not asked for."""
+    return rows if not rows.empty and set(places) <= set(rows.plane) else rows.iloc[:0]
 
 
 def _at_most(name: str, rows: pd.DataFrame, column: str, limit: float, unit: str) -> Verdict:

@@ -12,6 +12,8 @@ from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
+    PLANES,
+    TASKS,
     cuff_effects,
     force_verdicts,
     participants_table,
@@ -25,7 +27,6 @@ from scapulohumeral.report.prediction.targets import (
 pytestmark = pytest.mark.unit
 
 TARGETS = yaml.safe_load((REPOSITORY / "config/targets.yaml").read_text(encoding="utf-8"))
-PLANES = ("frontal", "scapular", "sagittal")
 GOOD = {
     "ur_rmse_deg": 3.0,
     "ur_bias_rest_deg": -2.0,
@@ -86,6 +87,19 @@ def test_participant_without_solution_fails_and_is_named():
     doubted = replace(judged, recording=table.assign(certified=table.participant != "par2"))
     rows = {row[0]: row[1:] for row in participants_table(doubted).rows}
     assert rows["par2"] == ("yes", "no", "no", "no certificate")
+
+
+def test_limits_are_not_met_by_asking_for_less():
+    """A plane or task that was not predicted is a miss in all that "every" one is judged by."""
+    limits = TARGETS["against_recording"]
+    table = recording()
+    fewer = table[table.plane != "sagittal"]
+    assert len(failed(recording_verdicts(limits, fewer))) == len(
+        list(recording_verdicts(limits, table))
+    )
+    limits, table = TARGETS["against_tasks"], tasks()
+    verdicts = list(task_verdicts(limits, table[table.task != "lifting"]))
+    assert [v.name for v in verdicts if v.holds] == ["daily tasks: predictions with a certificate"]
 
 
 def test_study_without_predictions_meets_nothing():
@@ -236,7 +250,7 @@ def tasks(**changes: object) -> pd.DataFrame:
     """Predicted daily tasks of two participants, `changes` in the drinking of par2."""
     rows = []
     for participant in ("par1", "par2"):
-        for task in ("drinking", "driving"):
+        for task in TASKS:
             row = {
                 "participant": participant, "task": task, "condition": "healthy",
                 "variant": "study", "hand_load_kg": 0.0, "status": "optimal", "certified": True,
@@ -272,7 +286,7 @@ def test_daily_task_without_solution_fails_all_limits_of_its_participant():
     missed = failed(task_verdicts(TARGETS["against_tasks"], table))
     assert len(missed) == 7
     judged = Judged(TARGETS, "", pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
-    assert task_table(judged).flagged == {2}
+    assert task_table(judged).flagged == {len(TASKS)}
 
 
 def test_daily_tasks_that_nobody_predicted_are_missed():

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.configuration.check import check_config
+from scapulohumeral.emg.accuracy import channel_gain
+from scapulohumeral.emg.envelope import EnvelopeSettings
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.participant_file import (
@@ -19,7 +21,7 @@ from scapulohumeral.model.participant_file import (
     list_participants,
     read_participant_file,
 )
-from scapulohumeral.model.published_arm import PUBLISHED_PLANES
+from scapulohumeral.model.published_arm import NODE_S, PUBLISHED_PLANES
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
@@ -89,9 +91,10 @@ class Study:
         return trials[trial]
 
     def elevations(self, participant: str) -> list[Path]:
-        """Recorded motions of a participant, configured or not, but for daily tasks."""
+        """Recorded motions of a participant but for daily tasks, configured or not, each once."""
         trials = self.trials(participant)
-        return [path for name, path in trials.items() if not self.is_task(participant, name)]
+        paths = (path for name, path in trials.items() if not self.is_task(participant, name))
+        return list(dict.fromkeys(paths))
 
     def raw_emg(self, participant: str, trial: str, simulated: Path) -> dict[str, Path]:
         """Raw EMG of a trial, and the maximal contractions that it is normalised by.
@@ -232,6 +235,7 @@ def planned(config: Mapping[str, Any], folder: Path) -> Study:
     _check_names("variants.predict", asked, folder)
     _check_recordings(study)
     _check_emg(study)
+    _check_envelope(study)
     _check_paths(study)
     _check_conditions(study)
     _check_loads(study)
@@ -274,10 +278,37 @@ def _check_recordings(study: Study) -> None:
                     f"no recording of. Write for example: planes: "
                     f"[{', '.join(one for one in trials if not study.is_task(participant, one))}]"
                 )
+        _check_judges(study, participant)
     for section in ("validation", "prediction"):
         for task in study.config[section]["tasks"]:
             if not any(task in study.trials(name) for name in study.participants):
                 _check_task(study, section, task)
+
+
+def _check_judges(study: Study, participant: str) -> None:
+    """Refuse daily tasks that are no independent judges, because they shape the model.
+
+    All trials but daily tasks shape fibres, thorax and stops. Tasks that are only tracked may be
+    among the planes.
+    """
+    trials = study.trials(participant)
+    for section in ("validation", "prediction"):
+        for task in study.config[section]["tasks"]:
+            if task in trials and not study.is_task(participant, task):
+                raise ConfigError(
+                    f"Config key '{section}.tasks' names '{task}', which shapes the model of "
+                    f"participant '{participant}' and cannot judge it. If it is a daily task, "
+                    f"write daily_task: true for it into {study.folder / participant}"
+                    "/participant.yaml; else leave it out of the tasks"
+                )
+    follows = participant in study.calibrated() or study.conditions(participant)
+    for plane in study.planes:
+        if follows and study.is_task(participant, plane):
+            raise ConfigError(
+                f"Config key 'planes' names '{plane}', which is a daily task of participant "
+                f"'{participant}'. Leave it out, or remove daily_task from "
+                f"{study.folder / participant}/participant.yaml"
+            )
 
 
 def _check_emg(study: Study) -> None:
@@ -297,6 +328,31 @@ def _check_emg(study: Study) -> None:
                 "without either leave validation.tasks empty, and name the participant in "
                 "prediction.generic_muscles."
             )
+
+
+def _check_envelope(study: Study) -> None:
+    """Refuse processing of EMG that contradicts itself, or what simulated electrodes record."""
+    if not study.with_emg():
+        return
+    envelope = EnvelopeSettings(**study.config["emg"]["envelope"])
+    channel_gain(envelope)
+    electrodes = study.config["emg"]["simulation"]
+    if not any(map(study.simulates_emg, study.calibrated())):
+        return
+    window, held = envelope.mvc_window_s, electrodes["mvc_hold_s"]
+    if window > held:
+        raise ConfigError(
+            f"Config key 'emg.simulation.mvc_hold_s' is {held:g} s; expected the window of the "
+            f"maximal contraction at least, emg.envelope.mvc_window_s ({window:g} s): its mean "
+            f"would hold rest, and all EMG be too large. Write for example: mvc_hold_s: "
+            f"{max(5.0, window):g}"
+        )
+    if electrodes["rate_hz"] <= 2.0 * envelope.band_high_hz:
+        raise ConfigError(
+            f"Config key 'emg.envelope.band_high_hz' is {envelope.band_high_hz:g} Hz; expected "
+            f"less than half of emg.simulation.rate_hz ({electrodes['rate_hz']:g} Hz). "
+            "Write for example: band_high_hz: 400"
+        )
 
 
 def _check_paths(study: Study) -> None:
@@ -372,12 +428,21 @@ def _check_muscles(conditions: Mapping[str, Any]) -> None:
 
 
 def _check_planes(study: Study) -> None:
-    """Refuse variants on the published arm without all planes of its motion."""
+    """Refuse variants on the published arm without all planes of its motion, or on another mesh."""
     section = study.config["variants"]
     described = named_variants(section)
+    step = study.config["solve"]["time_step_s"]
     missing = [plane for plane in PUBLISHED_PLANES if plane not in study.planes]
     for name, people in section["predict"].items():
-        if missing and any(people.values()) and described[name].problem.get("arm") == "published":
+        if not any(people.values()) or described[name].problem.get("arm") != "published":
+            continue
+        if abs(step - NODE_S) > 1e-9:
+            raise ConfigError(
+                f"Config key 'solve.time_step_s' is {step:g} s, but 'variants.predict.{name}' "
+                f"follows the published arm, which has a node every {NODE_S:g} s. Write that step, "
+                f"or for each participant: variants: {{predict: {{{name}: {{par2: []}}}}}}"
+            )
+        if missing:
             raise ConfigError(
                 f"Config key 'planes' has no {', '.join(missing)}, but 'variants.predict.{name}' "
                 f"follows the published arm through {', '.join(PUBLISHED_PLANES)}. Add what is "
@@ -387,8 +452,15 @@ def _check_planes(study: Study) -> None:
 
 
 def _check_steps(study: Study) -> None:
-    """Refuse a mesh of daily tasks that tracked motions do not end on."""
+    """Refuse a mesh of daily tasks that tracked motions do not end on, and pauses without any."""
     step = study.config["solve"]["time_step_s"]
+    pause = study.config["composite"]["pause_s"]
+    if (study.calibrated() or study.predicted()) and round(pause / step) < 2:
+        raise ConfigError(
+            f"Config key 'composite.pause_s' is {pause:g} s; expected two mesh intervals at least, "
+            f"of solve.time_step_s ({step:g} s) each. Write for example: pause_s: "
+            f"{max(1.0, 2.0 * step):g}"
+        )
     own = study.config["prediction"]["task_time_step_s"]
     parts = round(step / own)
     if study.config["prediction"]["tasks"] and abs(parts * own - step) > 1e-9:

@@ -49,22 +49,36 @@ def _rising(bounds: list[float]) -> list[float]:
     return bounds
 
 
+def _holding(inside: float) -> AfterValidator:
+    """Bounds that hold what is changed least."""
+
+    def check(bounds: list[float]) -> list[float]:
+        low, high = bounds
+        if not low <= inside <= high:
+            raise ValueError(f"expected {inside:g} between them")
+        return bounds
+
+    return AfterValidator(check)
+
+
 # Names of participants, trials, conditions, muscle groups.
 FolderName = Annotated[str, key("Name of a folder.", pattern=r"^[a-z0-9]+$")]
 TrialName = Annotated[str, key("Name of a trial.", pattern=r"^[a-z0-9_]+$")]
 ConditionName = Annotated[str, key("Name of a condition.", pattern=r"^[a-z0-9_]+$")]
 Once = AfterValidator(_once)
 
-# Lower and upper bound.
+# Lower and upper bound; nothing turned, or nothing scaled, lies between them.
 Angles = Annotated[
     list[Annotated[Real, key("Angle [deg].", ge=-90, le=90)]],
     Field(min_length=2, max_length=2),
     AfterValidator(_rising),
+    _holding(0.0),
 ]
 Factors = Annotated[
     list[Annotated[Real, key("Factor [1].", gt=0, le=10)]],
     Field(min_length=2, max_length=2),
     AfterValidator(_rising),
+    _holding(1.0),
 ]
 Share = Annotated[Real, key("Share of a whole [1].", ge=0, le=1)]
 Seed = Annotated[Whole, Field(ge=0, le=LARGEST_SEED)]

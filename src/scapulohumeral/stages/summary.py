@@ -28,7 +28,14 @@ COLUMNS = {
 }
 
 
+# What a solve that failed does not know.
+RESULTS = tuple(name for name in COLUMNS.values() if name.startswith(("rmse_", "angle_")))
+RESULTS += ("objective", "norm_rmse", "max_activation_step")
+
+
 def summarise(paths: Sequence[Path]) -> pd.DataFrame:
-    """Summary files of tracking solves as a table, one row per solve."""
+    """Summary files of tracking solves as a table, one row per solve; of failed ones no results."""
     rows = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
-    return pd.DataFrame([{name: row[key] for key, name in COLUMNS.items()} for row in rows])
+    table = pd.DataFrame([{name: row[key] for key, name in COLUMNS.items()} for row in rows])
+    table.loc[table["status"] != "optimal", list(RESULTS)] = float("nan")
+    return table

@@ -113,7 +113,10 @@ def test_calibration_without_any_emg_is_refused(tmp_path: Path) -> None:
 
 
 def test_names_that_the_files_of_others_have_are_refused(people: Callable[[Edit], Path]) -> None:
-    folder = people(lambda d: d["trials"].update(frontal_fast=dict(d["trials"]["frontal"])))
+    def fast(document: dict) -> None:
+        document["trials"]["frontal_fast"] = {**document["trials"]["frontal"], "daily_task": True}
+
+    folder = people(fast)
     with pytest.raises(ConfigError, match="Task 'frontal_fast' of participant 'par3'"):
         study(lambda config: config["validation"].update(tasks=["frontal_fast"]), folder)
 
@@ -144,6 +147,58 @@ def test_daily_tasks_are_predicted_on_parts_of_tracked_steps(step: float, allowe
         return
     with pytest.raises(ConfigError, match=r"divided by a whole number.*task_time_step_s: 0.04"):
         study(change)
+
+
+def test_the_published_arm_needs_its_own_mesh() -> None:
+    def published(config: dict) -> None:
+        config["variants"]["predict"] = {"published": {"par2": ["healthy"]}}
+        config.update(planes=list(PUBLISHED_PLANES))
+        config["solve"].update(time_step_s=0.02)
+
+    with pytest.raises(ConfigError, match=r"'solve.time_step_s' is 0.02 s, but .* every 0.04 s"):
+        study(published)
+
+
+@pytest.mark.parametrize(
+    ("section", "changes", "words"),
+    [
+        ("emg.simulation", {"mvc_hold_s": 2.0}, r"mvc_hold_s' is 2 s; .*mvc_window_s \(3 s\)"),
+        ("emg.envelope", {"mvc_window_s": 2.0}, r"mvc_window_s: 2.0; a calibration has to know"),
+        ("emg.envelope", {"band_high_hz": 1000.0}, r"band_high_hz' is 1000 Hz; expected less"),
+        ("emg.envelope", {"cutoff_hz": 8.0, "rate_hz": 25.0}, r"rate_hz: 25.0; expected at least"),
+        ("geometry", {"scapula_turn_deg": [10, 30]}, r"scapula_turn_deg.*expected 0 between"),
+        ("calibration", {"force_bounds": [1.3, 1.5]}, r"force_bounds.*expected 1 between"),
+    ],
+)
+def test_settings_that_contradict_each_other_are_refused(
+    section: str, changes: dict, words: str
+) -> None:
+    def change(config: dict) -> None:
+        for name in section.split("."):
+            config = config[name]
+        config.update(changes)
+
+    with pytest.raises(ConfigError, match=words):
+        study(change)
+
+
+def test_a_pause_has_two_intervals_of_the_mesh() -> None:
+    def change(config: dict) -> None:
+        config["solve"].update(time_step_s=0.2)
+        config["composite"].update(pause_s=0.2)
+
+    with pytest.raises(ConfigError, match=r"pause_s' is 0.2 s; expected two mesh intervals"):
+        study(change)
+
+
+def test_what_shapes_a_model_cannot_judge_it(people: Callable[[Edit], Path]) -> None:
+    with pytest.raises(ConfigError, match=r"'validation.tasks' names 'sagittal', which shapes"):
+        study(lambda config: config["validation"].update(tasks=["sagittal"]))
+    with pytest.raises(ConfigError, match=r"'prediction.tasks' names 'frontal', which shapes"):
+        study(lambda config: config["prediction"].update(tasks=["frontal"]))
+    folder = people(lambda d: d["trials"]["frontal"].update(daily_task=True))
+    with pytest.raises(ConfigError, match=r"'planes' names 'frontal', which is a daily task"):
+        study(lambda config: None, folder)
 
 
 def test_published_paths_need_a_published_arm() -> None:

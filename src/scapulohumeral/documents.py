@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import yaml
 from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError as SchemaError
 from jsonschema.exceptions import best_match
 from pydantic_core import ErrorDetails, ValidationError
 
@@ -98,11 +100,26 @@ def check_schema(path: Path, document: Any, schema: Mapping[str, Any], usual: st
     ------
     ConfigError                      names file, key, and what was expected
     """
-    fault = best_match(Draft202012Validator(schema).iter_errors(document))
+    faults = list(Draft202012Validator(schema).iter_errors(document))
+    for one in faults:
+        if one.validator == "additionalProperties" and "patternProperties" not in one.schema:
+            _refuse_unknown(path, one)
+    fault = best_match(faults)
     if fault is not None:
         place = ".".join(str(part) for part in fault.absolute_path) or "top level"
         hint = fault.schema.get("description", usual)
         raise ConfigError(f"{path}, {place}: {fault.message}; expected: {hint}. Correct the entry.")
+
+
+def _refuse_unknown(path: Path, fault: SchemaError) -> None:
+    """Refuse the first key that a schema does not know: mistyped, it looks like one that lacks."""
+    known = list(fault.schema.get("properties", {}))
+    for name in fault.instance:
+        if name not in known:
+            place = ".".join(map(str, (*fault.absolute_path, name)))
+            near = get_close_matches(str(name), known, 1)
+            remedy = f"Did you mean {near[0]}?" if near else f"Known are {', '.join(known)}."
+            raise ConfigError(f"{path}, {place}: there is no such key. {remedy}")
 
 
 def typed(

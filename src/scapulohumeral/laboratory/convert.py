@@ -186,6 +186,22 @@ def _against_each_other(
     return outcomes
 
 
+def refuse_faults(statics: Sequence[Landmarks], tables: ModelTables) -> None:
+    """Refuse static postures that no person holds: body size would be that of misplaced markers.
+
+    Raises
+    ------
+    DataError                        names the file and what is wrong
+    """
+    for static in statics:
+        raw = convert_segments(segments_of_landmarks(static, tables), tables)
+        findings = check_points(static.points, static.up, raw, Limits())
+        findings += check_clusters(static.misfits, Limits())
+        wrong = "; ".join(one.text for one in findings if one.severity == FAULT)
+        if wrong:
+            raise DataError(f"{static.source}: {wrong}. Correct the markers, or name another file.")
+
+
 def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> Outcome:
     segments = segments_of_landmarks(landmarks, settings.tables)
     raw = convert_segments(segments, settings.tables)

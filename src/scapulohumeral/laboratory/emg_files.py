@@ -85,12 +85,16 @@ EMG_MAP_SCHEMA = closed(
     "schema",
     "channels",
 )
-# What to do about a participant file of a diagnosis that cannot be read.
 # Of envelopes that are written here, as participant files of a diagnosis name it.
 UNIT = "fraction_of_mvc"
+# What to do about a participant file of a diagnosis that cannot be read.
 MAKE_AGAIN = "Make it again: scapulohumeral convert."
-# What makes an envelope meaningless; above the MVC it is only too large.
-SPOILING = ("clipping", "mains_hum", "dead")
+# What makes an envelope meaningless; above the MVC it is only too large ...
+SPOILING = ("clipping", "mains_hum", "dead", "one_value")
+# ... unless it is by this much [fractions of MVC], which no weak contraction explains.
+IMPOSSIBLE_SHARE = 3.0
+# ASSUME: amplifiers that work never show one value for longer [s]; radio that is lost does.
+LONGEST_ONE_VALUE_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -264,6 +268,7 @@ def process_trial(
     DataError                        the recording cannot be used
     """
     raw = _read(file, emg_map)
+    _refuse_rectified(file, raw)
     envelopes = scaled_envelopes(
         raw,
         contractions.amplitudes_v,
@@ -272,12 +277,36 @@ def process_trial(
         contractions.simulated,
     )
     own = check_recording("trial", raw, pipeline.envelope, pipeline.quality)
+    own += _check_one_value(raw)
     above = check_envelopes(envelopes, pipeline.quality)
+    impossible = {one.channel: one for one in above if one.value > IMPOSSIBLE_SHARE}
     return ProcessedTrial(
         envelopes=envelopes,
         checks=(*own, *contractions.checks, *above),
-        spoilt={**contractions.spoilt, **spoilt_channels(own)},
+        spoilt={**impossible, **contractions.spoilt, **spoilt_channels(own)},
     )
+
+
+def _refuse_rectified(file: Path, raw: Recording) -> None:
+    """Refuse signals without negative values: no band-pass makes raw EMG of them again."""
+    for name, volts in zip(raw.channels, raw.volts.T, strict=True):
+        if volts.min() >= 0.0 and volts.max() > 0.0:
+            raise DataError(
+                f"{file}, channel {name}: no negative values; expected raw EMG. It was rectified: "
+                "export the signal before any processing."
+            )
+
+
+def _check_one_value(raw: Recording) -> list[Check]:
+    """How long each channel shows one and the same value at most."""
+    checks = []
+    for name, volts in zip(raw.channels, raw.volts.T, strict=True):
+        changes = np.flatnonzero(np.diff(volts))
+        ends = np.concatenate([[-1], changes, [len(volts) - 1]])
+        longest = float(np.diff(ends).max() - 1) / raw.rate_hz
+        passed = longest <= LONGEST_ONE_VALUE_S
+        checks.append(Check("trial", name, "one_value", longest, LONGEST_ONE_VALUE_S, "s", passed))
+    return checks
 
 
 def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
@@ -312,8 +341,8 @@ def write_emg(table: Path, trial: ProcessedTrial, keep_spoilt: bool) -> tuple[st
     write_quality(quality_path(table), trial.checks, envelopes.simulated)
     if not kept:
         raise DataError(
-            f"{table.name}: no channel left; {describe(next(iter(spoilt.values())))}. Check "
-            "amplifier and electrodes."
+            f"no channel left; {describe(next(iter(spoilt.values())))}. Check amplifier and "
+            "electrodes."
         )
     names = tuple(envelopes.channels[i] for i in kept)
     columns = [f"EMG_{name}" for name in names]
@@ -335,21 +364,31 @@ def clocks_apart(envelopes: Envelopes, table: Path, delay_s: float) -> str:
         return ""
     motion_s = read_numbers(table, (TIME_COLUMN,))[[0, -1], 0]
     apart = envelopes.time_s[[0, -1]] - motion_s
-    if abs(np.diff(apart)[0]) > SAME_CLOCK_S or abs(apart.mean()) <= SAME_CLOCK_S:
+    both = (
+        f"EMG from {envelopes.time_s[0]:.2f} s to {envelopes.time_s[-1]:.2f} s, {table.name} from "
+        f"{motion_s[0]:.2f} s to {motion_s[1]:.2f} s"
+    )
+    if abs(np.diff(apart)[0]) > SAME_CLOCK_S:
+        short = apart[0] > SAME_CLOCK_S or apart[1] < -SAME_CLOCK_S
+        return f"{both}: a diagnosis needs EMG of the whole movement" if short else ""
+    if abs(apart.mean()) <= SAME_CLOCK_S:
         return ""
     return (
-        f"EMG from {envelopes.time_s[0]:.2f} s to {envelopes.time_s[-1]:.2f} s, {table.name} from "
-        f"{motion_s[0]:.2f} s to {motion_s[1]:.2f} s: if both are the same frames, their clocks "
-        f"differ; write delay_s: {delay_s + apart.mean():.2f} in the map"
+        f"{both}: if both are the same frames, their clocks differ; write delay_s: "
+        f"{delay_s + apart.mean():.2f} in the map"
     )
 
 
 def describe(check: Check) -> str:
     """A failed check in words."""
-    return (
-        f"channel {check.channel}, {check.recording}: {check.check} {check.value:.3g} "
-        f"{check.unit}; allowed {check.threshold:g}"
+    unit = "" if check.unit == "1" else f" {check.unit}"
+    words = (
+        f"channel {check.channel}, {check.recording}: {check.check} {check.value:.3g}{unit}; "
+        f"allowed {check.threshold:g}"
     )
+    if check.check == "above_mvc" and check.value > IMPOSSIBLE_SHARE:
+        words += "; trial and contraction are in different units, or exchanged"
+    return words
 
 
 def check_participant(folder: Path) -> None:

@@ -217,6 +217,19 @@ def write_diagnosis_participant(
     return path
 
 
+def without_companions(tables: Sequence[Path]) -> list[Path]:
+    """Tables of motion: those of EMG and joint force beside them are read by a diagnosis alone."""
+    kinds = ("_emg", "_force")
+    stems = {table.stem for table in tables}
+    return [
+        table
+        for table in tables
+        if not any(
+            table.stem.endswith(kind) and table.stem.removesuffix(kind) in stems for kind in kinds
+        )
+    ]
+
+
 def write_study_participant(
     folder: Path, person: Person, tables: ModelTables, trials: Mapping[str, Path]
 ) -> Path:

@@ -61,7 +61,7 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[Row]:
         if len(cells) != len(header):
             raise DataError(
                 f"{path}, row {number}: {len(cells)} cells, expected {len(header)} as in the "
-                "header. Remove empty lines and stray commas."
+                "header. Remove empty lines and stray commas, also decimal ones."
             )
     return [dict(zip(header, cells, strict=True)) for cells in lines[1:]]
 

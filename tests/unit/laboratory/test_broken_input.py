@@ -161,7 +161,7 @@ def other_format(session: Session) -> None:
 CLUSTER = "clusters: {{acromion: {{markers: [mAC, mAA, mTS], landmarks: [AI]}}}}\n".format()
 TABLE = [
     Broken("missing landmark", missing_marker, "no marker 'mAI'; found"),
-    Broken("misspelt landmark", edit("PX: mPX", "PY: mPX"), "landmarks: "),
+    Broken("misspelt landmark", edit("PX: mPX", "PY: mPX"), "landmarks.PY: there is no such"),
     Broken("landmark left out", edit("T8: mT8, ", ""), "'T8' is a required property"),
     Broken("marker used twice", edit("T8: mT8", "T8: mC7"), "mC7 is also C7"),
     Broken("part of a scapula", edit("AI: mAI,", ""), "no AI; expected all of AA, TS, AI"),
@@ -304,7 +304,8 @@ def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
 EMG_TABLE = [
     ("silent contraction", lambda sound: np.zeros_like(sound), "silent", 2),
     ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 2),
-    ("weak contraction", lambda sound: 0.1 * sound, "trial: above_mvc", 0),
+    ("weak contraction", lambda sound: 0.4 * sound, "trial: above_mvc", 0),
+    ("exchanged", lambda sound: 0.1 * sound, "are in different units, or exchanged", 2),
 ]
 
 

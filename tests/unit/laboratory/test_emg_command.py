@@ -1,5 +1,6 @@
 """Raw EMG by the command line to envelopes that a diagnosis reads."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import made_recordings as made
@@ -186,10 +187,29 @@ def test_a_clipped_contraction_is_not_replaced_by_that_of_another_muscle(
 
 @pytest.mark.parametrize("gain", [0.0, 1e-3])
 def test_a_channel_is_scaled_by_the_contraction_that_holds_it(tmp_path: Path, gain: float) -> None:
-    # The second contraction holds a fifth of the amplitude of the trial.
-    assert cli.main(session(tmp_path, noise(4.0, np.ones(2), 3), 4.0, gains=(gain, 1.0))) == 0
+    # The second contraction holds half of the amplitude of the trial.
+    assert cli.main(session(tmp_path, noise(4.0, 0.4 * np.ones(2), 3), 4.0, gains=(gain, 1.0))) == 0
     table = pd.read_csv(tmp_path / "out" / "reach_r1_emg.csv")
-    assert table.EMG_infra.mean() == pytest.approx(5.0, rel=0.2)
+    assert table.EMG_infra.mean() == pytest.approx(2.0, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (np.abs, "channel infra: no negative values; expected raw EMG"),
+        (lambda raw: np.where(np.arange(len(raw)) < 1000, 0.0, raw), "one_value 0.499 s"),
+    ],
+)
+def test_what_is_no_raw_emg_is_said(
+    spoil: Callable[[np.ndarray], np.ndarray],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    raw = spoil(noise(4.0, 0.2 * np.ones(2), 3))
+    assert cli.main(session(tmp_path, raw, 4.0)) == 2
+    captured = capsys.readouterr()
+    assert said in captured.out + captured.err
 
 
 def test_a_channel_that_all_contractions_are_silent_on_is_refused(

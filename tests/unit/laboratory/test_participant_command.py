@@ -25,13 +25,15 @@ SIZE = 1.12
 BODY = ["--body-mass", "60", "--height", "1.65", "--sex", "female"]
 
 
-def session(folder: Path, names: list[str], bent: tuple[str, ...] = ()) -> list[str]:
+def session(
+    folder: Path, names: list[str], bent: tuple[str, ...] = (), by_deg: float = 20.0
+) -> list[str]:
     """Recordings of a person 1.12 times the model, and their map; arguments of the commands.
 
-    In those that are `bent`, the trunk leans by 20 deg more.
+    In those that are `bent`, the trunk leans by so much more.
     """
     points = made.landmarks(made.arm_angles(), MODEL)
-    more = Rotation.from_euler("x", 20.0, degrees=True).as_matrix()
+    more = Rotation.from_euler("x", by_deg, degrees=True).as_matrix()
     for name in names:
         turn = more if name in bent else np.eye(3)
         larger = {label: SIZE * p @ turn.T for label, p in points.items()}
@@ -156,6 +158,22 @@ def test_gravity_is_that_of_all_trials_however_many_runs_brought_them(
     assert cli.main([*person, *people, *later]) == 0
     assert "note      stoop_1: gravity is turned by 13 deg" in capsys.readouterr().out
     np.testing.assert_allclose(gravity_of(file), mean, atol=1e-4)
+
+
+def test_a_static_posture_that_nobody_holds_is_no_measure_of_a_person(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Companions of trials are no trials."""
+    arguments = session(tmp_path, ["upright", "reach", "fallen"], ("fallen",), by_deg=65.0)
+    out = tmp_path / "out"
+    assert cli.main(["convert", str(tmp_path / "reach.c3d"), *arguments, "--out", str(out)]) == 0
+    (out / "reach_emg.csv").write_text("time,EMG_infra\n0.0,0.1\n", encoding="utf-8")
+    trials = ["--trials", *map(str, sorted(out.glob("*.csv")))]
+    more = [*arguments, *BODY, "--id", "ann", "--out", str(tmp_path / "people"), *trials]
+    assert cli.main(["participant", "--static", str(tmp_path / "fallen.c3d"), *more]) == 2
+    assert "fallen.c3d: thorax tilted by" in capsys.readouterr().err
+    assert cli.main(["participant", "--static", str(tmp_path / "upright.c3d"), *more]) == 0
+    assert set(read_participant(tmp_path / "people", "ann").trials) == {"reach"}
 
 
 def test_trials_of_one_name_and_recordings_in_their_place_are_refused(

@@ -61,6 +61,7 @@ def body_of(options: argparse.Namespace) -> Body:
 def run(options: argparse.Namespace, command: str) -> int:
     """Write the participant and say where; returns the exit code."""
     from scapulohumeral.laboratory.body_size import scale_factors
+    from scapulohumeral.laboratory.convert import refuse_faults
     from scapulohumeral.laboratory.folders import check_names
     from scapulohumeral.laboratory.markers.frames import thorax_frame
     from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
@@ -71,6 +72,7 @@ def run(options: argparse.Namespace, command: str) -> int:
         kept_records,
         leaning,
         mean_gravity,
+        without_companions,
         write_study_participant,
     )
     from scapulohumeral.laboratory.record import read_record, record_path
@@ -79,8 +81,10 @@ def run(options: argparse.Namespace, command: str) -> int:
     body, tables = body_of(options), read_tables(options.tables)
     calibration = calibrate(read_marker_map(options.map), tables)
     statics = [read_landmarks(file, calibration, posture=True) for file in options.static]
+    refuse_faults(statics, tables)
     scale = scale_factors([static.points for static in statics], tables)
-    records = {table: read_record(table) for table in options.trials}
+    tables_of_trials = without_companions(options.trials)
+    records = {table: read_record(table) for table in tables_of_trials}
     # That of the trials themselves, as far as their records hold it, earlier ones included.
     known = kept_records(options.out / options.id)
     known |= {table.stem: record for table, record in records.items()}
@@ -88,8 +92,8 @@ def run(options: argparse.Namespace, command: str) -> int:
         [(thorax_frame(static.points), static.up) for static in statics]
     )
     person = Person(options.id, body, scale, gravity)
-    check_names("trials", [table.stem for table in options.trials])
-    trials = {table.stem: table for table in options.trials}
+    check_names("trials", [table.stem for table in tables_of_trials])
+    trials = {table.stem: table for table in tables_of_trials}
     path = write_study_participant(options.out, person, tables, trials)
     for table, record in records.items():
         if not record.get("usable", True):

@@ -116,9 +116,9 @@ def _add_diagnose(commands: argparse._SubParsersAction) -> None:
     )  # fmt: skip
     add("--seed", type=int, default=1, metavar="N", help="of random numbers (default 1)")
     add("--threads", type=int, default=2, metavar="N", help="solves side by side (default 2)")
-    add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study")
-    add("--settings", type=Path, default=SETTINGS, metavar="FILE", help="of diagnoses")
-    add("--cache", type=Path, default=CACHE, metavar="DIR")
+    add("--config", type=Path, default=CONFIG, metavar="FILE", help="of the study: model, solver")
+    add("--settings", type=Path, default=SETTINGS, metavar="FILE", help="errors, noise, priors")
+    add("--cache", type=Path, default=CACHE, metavar="DIR", help="of models that were built")
     diagnose.set_defaults(run=_diagnose)
 
 

@@ -50,8 +50,8 @@ def check_rate(table: MotionTable, time_s: Array) -> None:
     if step > limit:
         raise DataError(
             f"{path}, column time: steps of {step:g} s; expected {limit} s or less, as "
-            "arm motion needs. If these are milliseconds, divide by 1000; else record at a higher "
-            "rate."
+            "arm motion needs. If these are milliseconds, divide by 1000; if they are frames, by "
+            "the rate; else record at a higher one."
         )
     longest = int(np.diff(time_s).argmax())
     if time_s[longest + 1] - time_s[longest] > LONGEST_GAP_S:

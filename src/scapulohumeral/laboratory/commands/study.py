@@ -132,8 +132,11 @@ def own_study(
 
     names = list_participants(folder)
     if not names:
+        above = (folder / "participant.yaml").is_file()
+        remedy = f"Name the folder above it: {folder.resolve().parent}"
         raise ConfigError(
-            f"{folder}: no folder with a participant.yaml. Make one: scapulohumeral participant."
+            f"{folder}: no folder with a participant.yaml. "
+            f"{remedy if above else 'Make one: scapulohumeral participant'}."
         )
     _check_published(folder, names, report, config)
     recorded = {
@@ -219,15 +222,14 @@ def _check_predictable(
         for name, condition in conditions.items()
         if condition["parameters"] == "generic" and condition["start"] in ("direct", "tracking")
     ]
-    unknown = [name for name in wanted if name not in conditions]
-    wrong = [name for name in wanted if name not in possible]
-    if unknown or (wrong and without_emg):
-        allowed = possible if without_emg else conditions
-        why = (
-            f"; the others need muscles calibrated to measured EMG of all trials, which "
-            f"participant.yaml of {', '.join(without_emg)} does not name under emg"
-        )
+    if unknown := [name for name in wanted if name not in conditions]:
         raise ConfigError(
-            f"--predict {', '.join(unknown or wrong)}: expected {', '.join(allowed)}"
-            f"{why if without_emg else ''}."
+            f"--predict {', '.join(unknown)}: no such condition; expected {', '.join(conditions)}."
+        )
+    wrong = [name for name in wanted if name not in possible]
+    if wrong and without_emg:
+        raise ConfigError(
+            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need muscles "
+            f"calibrated to measured raw EMG of all trials, which participant.yaml of "
+            f"{', '.join(without_emg)} does not name under emg."
         )

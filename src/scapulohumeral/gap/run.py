@@ -132,6 +132,9 @@ def run(request: Request) -> int:
             # Contradictions are refused before a model is built.
             settings = read_settings(config, request.view, request.simulated)
             case = read_case(request, config)
+            # Before minutes of solves, who sees a slip can stop and correct it.
+            for remark in _remarks(case):
+                log.warning("%s", remark)
             return _answer(request, case, config, simulator, settings)
         except (ConfigError, DataError, ModelError) as error:
             log.error("refused: %s", error)
@@ -266,15 +269,19 @@ def _completed(
         diagnosis,
         mode=case.mode,
         inputs=describe_inputs(case),
-        warnings=(
-            *diagnosis.warnings,
-            *not_compared(case),
-            *unlike_others(case),
-            *unlike_envelopes(case),
-            *unmeasured(case.compared),
-        ),
+        warnings=(*diagnosis.warnings, *_remarks(case)),
         hashes=hashes,
     )
+
+
+def _remarks(case: Case) -> list[str]:
+    """What is to be said of the trials themselves, a sentence each."""
+    return [
+        *not_compared(case),
+        *unlike_others(case),
+        *unlike_envelopes(case),
+        *unmeasured(case.compared),
+    ]
 
 
 def _illustrate(diagnosis: Diagnosis, request: Request) -> None:

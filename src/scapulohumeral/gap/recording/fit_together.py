@@ -10,7 +10,7 @@ import numpy as np
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
 from scapulohumeral.model.girdle_range import arm_elevation
-from scapulohumeral.model.rotations import ANGLE_NAMES
+from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle, trial_to_pose
 
 # Degrees over radians is 57; no joint is held so differently in the same tasks.
 OTHER_UNIT = 20.0
@@ -18,6 +18,13 @@ OTHER_UNIT = 20.0
 OTHER_LENGTH = 3.0
 # Nobody begins or ends repeats of a task with an arm raised so differently [deg].
 OTHER_END_DEG = 40.0
+# No person holds clavicle or scapula so differently in repeats of a task [deg]: skin that slides over a
+# scapula is off by half as much, so these are other axes, or a sign.
+OTHER_GIRDLE_DEG = 25.0
+# Phases that are compared for it.
+GIRDLE_PHASES = 11
+# A joint that turns by less over all of a movement was not measured [deg].
+STILL_DEG = 0.01
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
 OTHER_MAXIMUM = 8.0
 # Envelopes are low-pass filtered at a few hertz; of a rectified electromyogram at 100 samples per
@@ -127,6 +134,7 @@ def unlike_others(case: Case) -> list[str]:
                     f"{task} {usual:.2f} s in the median; look whether it is whole (window_s)"
                 )
         notes += _unlike_ends(trials, task, case)
+        notes += _unlike_girdles(trials, task, case)
         if (fault := _other_unit(trials, "EL")) is not None:
             notes.append(f"{fault}: look whether these are radians, or the arm was straight")
     windows = {trial.name: trial.window_s for trial in case.reference}
@@ -168,6 +176,27 @@ def _unlike_ends(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]
         for end, verb in enumerate(("begins", "ends"))
         if abs(own[end] - usual[end]) > OTHER_END_DEG
     ]
+
+
+def _unlike_girdles(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
+    """Trials of a task whose clavicle or scapula is held elsewhere, or never turns."""
+    notes = []
+    poses = np.stack([trial_to_pose(trial.moved(GIRDLE_PHASES)[1]) for trial in trials])
+    for joint, part in (("SC", slice(0, 4)), ("AC", slice(4, 8))):
+        turns = poses[:, :, part]
+        still = np.rad2deg(relative_angle(turns[:, :1], turns)).max(axis=1) < STILL_DEG
+        if np.any(still):
+            names = ", ".join(_called(trials[i], case) for i in np.flatnonzero(still).tolist())
+            notes.append(f"{names}: {joint} never turns; look whether it was measured")
+        apart = np.rad2deg(relative_angle(turns[:, None], turns[None])).mean(axis=2)
+        usual = int(apart.sum(axis=1).argmin())
+        notes += [
+            f"{_called(trials[i], case)}, columns {joint}_*: {apart[i, usual]:.0f} deg from "
+            f"{_called(trials[usual], case)} of task {task}, in the mean over the movement; look "
+            "whether axes and signs are the same"
+            for i in np.flatnonzero(apart[:, usual] > OTHER_GIRDLE_DEG).tolist()
+        ]
+    return notes
 
 
 def unlike_envelopes(case: Case) -> list[str]:

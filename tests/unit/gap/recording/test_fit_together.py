@@ -36,10 +36,18 @@ def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespa
         "window_s": (0.5, 2.5),
         "emg": EmgSeries(np.array([0.0, 3.0]), emg, values) if emg else None,
         "contact": object() if force else None,
+        "sways": 1.0,
     }
     fields |= changes
+    # A movement between the first and the last row, in which the girdle sways.
     ends = np.resize(fields["angles_rad"], (2, len(ANGLE_NAMES)))
-    return SimpleNamespace(**{"moved": lambda _: (None, ends), **fields})
+    sway = np.deg2rad(0.1) * np.array([name[:2] in ("SC", "AC") for name in ANGLE_NAMES])
+
+    def moved(nodes: int):
+        share = np.linspace(0.0, 1.0, nodes)[:, None]
+        return None, (1.0 - share) * ends[0] + share * ends[1] + share * fields["sways"] * sway
+
+    return SimpleNamespace(**{"moved": moved, **fields})
 
 
 def case(
@@ -177,6 +185,16 @@ def test_a_movement_that_ends_elsewhere_is_told() -> None:
     back = trial("a", angles_rad=rise[::-1])
     [note] = unlike_others(case((), back, trial("b"), reference=[trial("c")]))
     assert note.startswith("a: the movement begins with the arm raised by ")
+
+
+def test_a_girdle_that_is_held_elsewhere_or_never_turns_is_told() -> None:
+    signs = np.where(np.array(ANGLE_NAMES) == "SC_y", -1.0, 1.0)
+    flipped = trial("a", angles_rad=np.deg2rad(signs * POSTURE_DEG)[None])
+    notes = unlike_others(case((), flipped, trial("b"), reference=[trial("c")]))
+    [note] = [one for one in notes if "SC_*" in one]
+    assert note.startswith("a, columns SC_*: 40 deg from b of task lift")
+    [note] = unlike_others(case((), trial("a", sways=0.0), reference=[trial("b")]))[:1]
+    assert note.startswith("a: SC never turns; look whether it was measured")
 
 
 def test_one_window_of_two_trials_of_one_name_is_told() -> None:

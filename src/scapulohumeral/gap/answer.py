@@ -65,6 +65,7 @@ from scapulohumeral.gap.result import (
     describe_inputs,
 )
 from scapulohumeral.gap.verdict import candidates, isolability, posterior
+from scapulohumeral.gap.verdict.exchanged_sides import in_reference_instead, in_words
 
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5
@@ -309,6 +310,8 @@ def _remarks(found: Findings, shown: bool) -> list[str]:
     if found.present and not found.map.standing_out:
         which = "regions are those above 5 % point by point" if shown else NOT_EVEN_BY_POINTS
         remarks.append(f"no channel stands out by itself: {which}")
+    if found.present and (other_side := in_reference_instead(found.evidence)):
+        remarks.append(in_words(other_side))
     if found.judged.or_posture:
         remarks.append(NO_POSTURE_TOLD)
     if not motion_is_told(found.evidence):

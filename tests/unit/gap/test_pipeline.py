@@ -553,6 +553,15 @@ def test_a_task_that_cannot_be_solved_is_left_out_with_its_reason(monkeypatch):
         diagnosed(effect=RIGHT)
 
 
+def test_an_effect_that_the_reference_trials_have_is_told():
+    """A strength that is lost in the reference trials is no cause in the test trials."""
+    known = case(effect=RIGHT)
+    told = f"{RIGHT} in the reference trials would explain the difference better"
+    assert not any(told in line for line in diagnose(known, None, SETTINGS).warnings)
+    exchanged = replace(known, test=known.reference, reference=known.test)
+    assert any(told in line for line in diagnose(exchanged, None, SETTINGS).warnings)
+
+
 def test_equal_trials_show_no_gap(by_evidence):
     done = diagnosed(by_evidence)
     assert not done.gap.present

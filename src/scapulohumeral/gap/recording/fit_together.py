@@ -18,8 +18,8 @@ OTHER_UNIT = 20.0
 OTHER_LENGTH = 3.0
 # Nobody begins or ends repeats of a task with an arm raised so differently [deg].
 OTHER_END_DEG = 40.0
-# No person holds clavicle or scapula so differently in repeats of a task [deg]: skin that slides over a
-# scapula is off by half as much, so these are other axes, or a sign.
+# No person holds clavicle or scapula so differently in repeats of a task [deg]: skin that slides
+# over a scapula is off by half as much, so these are other axes, or a sign.
 OTHER_GIRDLE_DEG = 25.0
 # Phases that are compared for it.
 GIRDLE_PHASES = 11

@@ -229,7 +229,7 @@ def _check_predictable(
     wrong = [name for name in wanted if name not in possible]
     if wrong and without_emg:
         raise ConfigError(
-            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need muscles "
-            f"calibrated to measured raw EMG of all trials, which participant.yaml of "
+            f"--predict {', '.join(wrong)}: expected {', '.join(possible)}; the others need "
+            f"muscles calibrated to measured raw EMG of all trials, which participant.yaml of "
             f"{', '.join(without_emg)} does not name under emg."
         )

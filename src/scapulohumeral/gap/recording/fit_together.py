@@ -9,7 +9,9 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
+from scapulohumeral.gap.recording.movement_window import SPEED_SHARE, humerothoracic_speed
 from scapulohumeral.model.girdle_range import arm_elevation
+from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle, trial_to_pose
 
 # Degrees over radians is 57; no joint is held so differently in the same tasks.
@@ -21,8 +23,11 @@ OTHER_END_DEG = 40.0
 # No person holds clavicle or scapula so differently in repeats of a task [deg]: skin that slides
 # over a scapula is off by half as much, so these are other axes, or a sign.
 OTHER_GIRDLE_DEG = 25.0
-# Phases that are compared for it.
-GIRDLE_PHASES = 11
+# Phases that are compared for it, and for how long an arm is still.
+GIRDLE_PHASES, STILL_PHASES = 11, 101
+# Share of a movement that a trial may be still for more or less than others of its task: where it
+# is exceeded, the arm was adjusted before the movement, or held on the way, in some of them.
+OTHER_STILL_SHARE = 0.15
 # A joint that turns by less over all of a movement was not measured [deg].
 STILL_DEG = 0.01
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
@@ -135,6 +140,7 @@ def unlike_others(case: Case) -> list[str]:
                 )
         notes += _unlike_ends(trials, task, case)
         notes += _unlike_girdles(trials, task, case)
+        notes += _unlike_holds(trials, task, case)
         if (fault := _other_unit(trials, "EL")) is not None:
             notes.append(f"{fault}: look whether these are radians, or the arm was straight")
     windows = {trial.name: trial.window_s for trial in case.reference}
@@ -175,6 +181,20 @@ def _unlike_ends(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]
         for trial, own in zip(trials, ends, strict=True)
         for end, verb in enumerate(("begins", "ends"))
         if abs(own[end] - usual[end]) > OTHER_END_DEG
+    ]
+
+
+def _unlike_holds(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
+    """Trials of a task whose arm is still for another share of the movement than the others'."""
+    speeds = [humerothoracic_speed(Motion(*trial.moved(STILL_PHASES))) for trial in trials]
+    shares = np.array([np.mean(speed < SPEED_SHARE * speed.max()) for speed in speeds])
+    usual = float(np.median(shares))
+    return [
+        f"{_called(trial, case)}: the arm is still for {100.0 * share:.0f} % of the movement, in "
+        f"those of task {task} for {100.0 * usual:.0f} % in the median; look whether the window "
+        "begins before it (window_s)"
+        for trial, share in zip(trials, shares, strict=True)
+        if abs(share - usual) > OTHER_STILL_SHARE
     ]
 
 

@@ -37,15 +37,19 @@ def trial(name: str, *emg: str, force: bool = False, **changes) -> SimpleNamespa
         "emg": EmgSeries(np.array([0.0, 3.0]), emg, values) if emg else None,
         "contact": object() if force else None,
         "sways": 1.0,
+        "held": 0.0,
     }
     fields |= changes
-    # A movement between the first and the last row, in which the girdle sways.
+    # A movement between the first and the last row, in which the girdle sways, and which is held
+    # at its end for a share of the time.
     ends = np.resize(fields["angles_rad"], (2, len(ANGLE_NAMES)))
     sway = np.deg2rad(0.1) * np.array([name[:2] in ("SC", "AC") for name in ANGLE_NAMES])
 
     def moved(nodes: int):
         share = np.linspace(0.0, 1.0, nodes)[:, None]
-        return None, (1.0 - share) * ends[0] + share * ends[1] + share * fields["sways"] * sway
+        share = np.clip(share / (1.0 - fields["held"]), 0.0, 1.0)
+        times = np.linspace(*fields["window_s"], nodes)
+        return times, (1.0 - share) * ends[0] + share * ends[1] + share * fields["sways"] * sway
 
     return SimpleNamespace(**{"moved": moved, **fields})
 
@@ -185,6 +189,13 @@ def test_a_movement_that_ends_elsewhere_is_told() -> None:
     back = trial("a", angles_rad=rise[::-1])
     [note] = unlike_others(case((), back, trial("b"), reference=[trial("c")]))
     assert note.startswith("a: the movement begins with the arm raised by ")
+
+
+def test_an_arm_that_is_still_for_longer_is_told() -> None:
+    others = trial("b"), trial("c")
+    [note] = unlike_others(case((), trial("a", held=0.3), reference=others))
+    assert note.startswith("a: the arm is still for 30 % of the movement, in those of task lift")
+    assert unlike_others(case((), trial("a", held=0.1), reference=others)) == []
 
 
 def test_a_girdle_that_is_held_elsewhere_or_never_turns_is_told() -> None:

@@ -7,13 +7,13 @@ threads of the linear algebra, which changes results in the last digits, is set 
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 
 from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
+from scapulohumeral.linear_algebra import take_one_thread
 
 # Command -> what it does, and the module with `add_arguments` and `run`; "gap" parses for itself.
 COMMANDS = {
@@ -50,8 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return gap_main(arguments)
     options = _parser(arguments[:1]).parse_args(arguments)
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")
+    take_one_thread()
     try:
         module = import_module(COMMANDS[options.command][1])
         code: int = module.run(options, shlex.join(["scapulohumeral", *arguments]))

@@ -7,7 +7,6 @@ of threads of the linear algebra, which changes results in the last digits, is s
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -23,6 +22,7 @@ from scapulohumeral.errors import (
 )
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
 from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
+from scapulohumeral.linear_algebra import take_one_thread
 from scapulohumeral.provenance import CONFIG_FOLDER, SOURCE_ROOT
 
 CONFIG = CONFIG_FOLDER / "config.yaml"
@@ -51,8 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     options = _parser().parse_args(arguments)
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")
+    take_one_thread()
     try:
         return options.run(options, shlex.join(["scapulohumeral", *arguments]))
     except (ConfigError, DataError, ModelError) as error:

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import shutil
 import tomllib
 from pathlib import Path
@@ -243,6 +244,14 @@ def test_every_command_finds_the_files_that_a_configuration_names(
         assert used[-1] == REPOSITORY / "config" / name
         assert (cli.main(["gap", "bank", "check", *options]) == 0) == fits
         assert fits or "other.json is not there" in capsys.readouterr().out
+
+
+def test_each_process_takes_one_thread(tmp_path, monkeypatch):
+    """Whatever Snakemake says of a job that has two processors."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    missing = str(tmp_path / "reach.csv")
+    assert main(["gap", "diagnose", missing, "--out", str(tmp_path / "answer")]) == 2
+    assert os.environ["OMP_NUM_THREADS"] == "1"
 
 
 def test_two_records_of_one_movement_are_what_the_command_was_told(case_folder, seen, capsys):

@@ -250,7 +250,7 @@ def test_each_process_takes_one_thread(tmp_path, monkeypatch):
     """Whatever Snakemake says of a job that has two processors."""
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     missing = str(tmp_path / "reach.csv")
-    assert main(["gap", "diagnose", missing, "--out", str(tmp_path / "answer")]) == 2
+    assert cli.main(["gap", "diagnose", missing, "--out", str(tmp_path / "answer")]) == 2
     assert os.environ["OMP_NUM_THREADS"] == "1"
 
 

@@ -243,7 +243,7 @@ def test_malformed_participant_is_refused_with_file_and_key(finished: Path, reru
         check=False,
     )
     assert result.returncode != 0, result.stdout
-    assert "config/participants/par2/participant.yaml, top" in result.stdout
+    assert "participant.yaml, trails: there is no such key. Did you mean trials?" in result.stdout
 
 
 def malform(study: Path, participant: str) -> None:

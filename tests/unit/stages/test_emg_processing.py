@@ -95,7 +95,7 @@ def test_trials_know_their_measured_emg(participants: Path) -> None:
         ("frontal:", "running:", "emg.trials: running; expected names of its trials: frontal"),
         (", delay_s: 0.25", "", "emg: 'delay_s' is a required property"),
         ("0.25", "soon", "emg.delay_s: 'soon' is not of type 'number'; expected: what the EMG"),
-        ("mvc:", "maximum:", "emg: "),
+        ("mvc:", "maximum:", "emg.maximum: there is no such key"),
     ],
 )
 def test_wrong_entry_is_refused(participants: Path, old: str, new: str, message: str) -> None:

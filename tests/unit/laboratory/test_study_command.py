@@ -82,7 +82,9 @@ def test_calibrated_muscles_are_predicted_where_all_have_measured_emg(
     name_emg(people, "bob", planes)
     asked = own_study(people, [], ["healthy", "cuff_w2"], "own", CONFIG)
     assert asked["prediction"]["predict"] == ["healthy", "cuff_w2"]
-    with pytest.raises(ConfigError, match="strong: no such condition; expected healthy_generic, healthy"):
+    with pytest.raises(
+        ConfigError, match="strong: no such condition; expected healthy_generic, healthy"
+    ):
         own_study(people, [], ["strong"], "own", CONFIG)
 
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess([], 0))

@@ -102,7 +102,7 @@ def test_participants_of_the_study_can_be_diagnosed(masses):
         ({"side": "left"}, r"participant\.yaml, side: .*mirror left ones"),
         ({"model": None}, r"'model' is a required property"),
         ({"model": {"generic": True}}, r"model: .*generic: true, body_mass_kg, height_m"),
-        ({"height": 1.8}, r"'height' was unexpected"),
+        ({"height": 1.8}, r"height: there is no such key"),
         ({"gravity_in_thorax_mps2": [0, -9.8]}, r"gravity_in_thorax_mps2"),
         ({"trials": {"a": {"window_s": [2.0, 1.0]}}}, r"trials\.a\.window_s.*start before end"),
         ({"emg": {"channels": {"infra": ["infra"]}, "unit": "fraction_of_mvc"}}, r"EMG_"),

@@ -358,7 +358,7 @@ KINDS = (
     Bad("entry in itself", text("a: &a [*a]", PERSON), "participant.yaml", "Write it out"),
     Bad("participant without keys", text("anna", "participant.yaml"), "participant.yaml", "Add"),
     Bad("schema of another version", person(schema="participant/9"), "schema", "Correct the entry"),
-    Bad("unknown key", person(height=1.8), "'height' was unexpected", "Correct the entry"),
+    Bad("unknown key", person(height=1.8), "height: there is no such key", "Known are"),
     Bad("left arm", person(side="left"), "participant.yaml, side", "mirror left ones"),
     Bad("side that does not exist", person(side="top"), "participant.yaml, side", "Correct the"),
     Bad("negative mass", size(body_mass_kg=-80), "model", "Correct the entry"),

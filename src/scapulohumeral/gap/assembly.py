@@ -96,8 +96,9 @@ def assemble(
     effects = effects_of(case, records, model, settings)
     local = settings_of_signatures(settings, records)
     last = bias_and_following(case, records)
+    durations_s = records.durations_s
     jobs = [
-        (task, one, records.durations_s[task], model, effects, records.sensors, local, *last)
+        (task, one, durations_s[task], model, effects, records.sensors, local, *last)
         for task, one in records.mean_records.items()
     ]
     # The set-up that all movements of the model share, before processes part.

@@ -10,6 +10,7 @@ import numpy as np
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.movement_window import SPEED_SHARE, humerothoracic_speed
+from scapulohumeral.gap.recording.observables import JOINT_QUATERNIONS
 from scapulohumeral.model.girdle_range import arm_elevation
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import ANGLE_NAMES, relative_angle, trial_to_pose
@@ -92,8 +93,8 @@ def check_units(case: Case) -> None:
     DataError                        names files and columns
     """
     for task in dict.fromkeys(trial.task for trial in case.trials):
+        trials = [trial for trial in case.trials if trial.task == task]
         for joint in ("SC", "GH"):
-            trials = [trial for trial in case.trials if trial.task == task]
             if (fault := _other_unit(trials, joint)) is not None:
                 raise DataError(f"{fault}, so these are radians; multiply by 180/pi.")
 
@@ -202,7 +203,7 @@ def _unlike_girdles(trials: Sequence[GapTrial], task: str, case: Case) -> list[s
     """Trials of a task whose clavicle or scapula is held elsewhere, or never turns."""
     notes = []
     poses = np.stack([trial_to_pose(trial.moved(GIRDLE_PHASES)[1]) for trial in trials])
-    for joint, part in (("SC", slice(0, 4)), ("AC", slice(4, 8))):
+    for joint, part in zip(("SC", "AC"), JOINT_QUATERNIONS[:2], strict=True):
         turns = poses[:, :, part]
         still = np.rad2deg(relative_angle(turns[:, :1], turns)).max(axis=1) < STILL_DEG
         if np.any(still):

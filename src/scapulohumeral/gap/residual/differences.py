@@ -215,11 +215,11 @@ def at_one_tempo(
 
     `warnings` gets one sentence per task with another tempo.
     """
-    test = dict(records.test)
+    test, durations_s = dict(records.test), records.durations_s
     for of_task in signatures:
         task = of_task.task
         test[task] = [without(one, of_task.tempo) for one in records.test[task]]
-        longer = records.durations_s[task] / records.mean_records[task].duration_s
+        longer = durations_s[task] / records.mean_records[task].duration_s
         if np.any(of_task.tempo) and abs(np.log(longer)) > np.log(OTHER_TEMPO):
             warnings.append(
                 f"test trials of task {task} last {longer:.2f} times as long as reference trials: "

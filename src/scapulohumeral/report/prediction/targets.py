@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.report.prediction import daily_tasks
 from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
 from scapulohumeral.report.prediction.judged import Judged
@@ -22,7 +23,7 @@ from scapulohumeral.report.targets import Verdict
 NOTHING = "no prediction"
 # What "in every plane" and "in every task" of the limits are. A limit that less was asked for than
 # this is missed.
-PLANES = ("frontal", "scapular", "sagittal")
+PLANES = tuple(PUBLISHED_PLANES)
 TASKS = ("drinking", "driving", "shelf_reaching", "lifting")
 RHYTHM_CELLS = 24
 # Variant of the configuration that differs from the study in the arm it follows only.

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError
+from scapulohumeral.exit_codes import exit_code
 from scapulohumeral.linear_algebra import take_one_thread
 
 # Command -> what it does, and the module with `add_arguments` and `run`; "gap" parses for itself.
@@ -51,13 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return gap_main(arguments)
     options = _parser(arguments[:1]).parse_args(arguments)
     take_one_thread()
-    try:
-        module = import_module(COMMANDS[options.command][1])
-        code: int = module.run(options, shlex.join(["scapulohumeral", *arguments]))
-    except (ConfigError, DataError, ModelError) as error:
-        print(f"Refused: {error}", file=sys.stderr)
-        return REFUSED
-    return code
+    module = import_module(COMMANDS[options.command][1])
+    return exit_code(lambda: module.run(options, shlex.join(["scapulohumeral", *arguments])))
 
 
 def _parser(wanted: Sequence[str]) -> argparse.ArgumentParser:

@@ -12,14 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from scapulohumeral.errors import (
-    REFUSED,
-    STOPPED,
-    ConfigError,
-    DataError,
-    ModelError,
-    StoppedError,
-)
+from scapulohumeral.exit_codes import exit_code
 from scapulohumeral.gap.benchmark.bank_commands import add_bank_commands
 from scapulohumeral.gap.benchmark.blind_commands import add_blind_commands, add_calibrate_command
 from scapulohumeral.linear_algebra import take_one_thread
@@ -52,14 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     options = _parser().parse_args(arguments)
     take_one_thread()
-    try:
-        return options.run(options, shlex.join(["scapulohumeral", *arguments]))
-    except (ConfigError, DataError, ModelError) as error:
-        print(f"Refused: {error}", file=sys.stderr)
-        return REFUSED
-    except StoppedError as error:
-        print(f"Stopped: {error}", file=sys.stderr)
-        return STOPPED
+    return exit_code(lambda: options.run(options, shlex.join(["scapulohumeral", *arguments])))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -27,6 +28,8 @@ _taken: list[tuple[Callable[..., Any], Sequence[tuple]]] = []
 
 
 def _take(function: Callable[..., Any], jobs: Sequence[tuple]) -> None:
+    # Ctrl-C reaches all processes: this one ends without a word, and the one that waits speaks.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     _taken.append((function, jobs))
 
 

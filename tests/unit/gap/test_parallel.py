@@ -1,9 +1,13 @@
 """Jobs in processes of their own give what they give in this one."""
 
 import os
+import signal
+import subprocess
+import sys
 
 import pytest
 
+from scapulohumeral.exit_codes import INTERRUPTED
 from scapulohumeral.gap.parallel import side_by_side
 
 pytestmark = pytest.mark.unit
@@ -33,3 +37,25 @@ def test_an_error_of_a_job_is_raised():
 
     with pytest.raises(ValueError, match="no 0"):
         side_by_side(refuses, JOBS, 2)
+
+
+def test_an_interrupt_ends_every_process_without_a_word():
+    program = (
+        "import time; from scapulohumeral.gap.parallel import side_by_side;"
+        "from scapulohumeral.exit_codes import exit_code;"
+        "begun = lambda i: (print(i, flush=True), time.sleep(60));"
+        "raise SystemExit(exit_code(lambda: side_by_side(begun, [(1,), (2,)], 2)))"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    for _ in range(2):
+        process.stdout.readline()
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == INTERRUPTED
+    assert said.splitlines() == ["Interrupted: there is no answer. Run the same again."]

@@ -14,14 +14,8 @@ from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
 from scapulohumeral.laboratory.markers.landmarks import Misfits
 from scapulohumeral.laboratory.trial import Converted
 from scapulohumeral.model.motion import Motion
-from scapulohumeral.model.rotations import (
-    ANGLE_NAMES,
-    Array,
-    pose_to_trial,
-    relative_angle,
-    segment_orientations,
-    trial_to_pose,
-)
+from scapulohumeral.model.plausibility import LONGEST_STEP_S, largest_speed, turns_deg
+from scapulohumeral.model.rotations import ANGLE_NAMES, Array, pose_to_trial, trial_to_pose
 from scapulohumeral.model.tables import Coordinate, ModelTables
 
 FAULT, NOTE = "fault", "note"
@@ -40,8 +34,6 @@ class Limits:
     Attributes
     ----------
     tilt_deg : of the thorax from the vertical; nobody leans as far in an arm task
-    longest_step_s : between frames: arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so
-        nobody samples it below 5 Hz; in milliseconds steps are longer than this up to 5 kHz
     epicondyles_m : least and largest distance of EL and EM, markers on skin included; elbows of
         adults are 0.05 to 0.09 m wide
     thorax_change_m : of the distances between thorax landmarks against the other trials
@@ -50,24 +42,14 @@ class Limits:
     cluster_m : root mean square by which markers of a cluster leave the rigid one, over the trial:
         worth a look, and too much. Plates stay below a millimetre, markers on the skin of the upper
         arm move by some millimetres against each other; exchanged ones by the size of the cluster
-    jump_deg_per_s : clavicle and scapula in the thorax; in fast arm motions they turn at 250 deg/s
-    arm_jump_deg_per_s : humerus in the thorax; throwing is slower about every axis but its own
     """
 
     tilt_deg: float = 45.0
-    longest_step_s: float = 0.2
     epicondyles_m: tuple[float, float] = (0.04, 0.12)
     thorax_change_m: float = 0.03
     length_change_m: float = 0.01
     session_change_m: float = 0.02
     cluster_m: tuple[float, float] = (0.003, 0.01)
-    jump_deg_per_s: float = 1000.0
-    arm_jump_deg_per_s: float = 2500.0
-
-    def largest_speed(self, segment: str) -> float:
-        """How fast a segment in the thorax, or the forearm, may turn [deg/s]."""
-        girdle = segment in ("clavicle", "scapula")
-        return self.jump_deg_per_s if girdle else self.arm_jump_deg_per_s
 
 
 @dataclass(frozen=True)
@@ -236,12 +218,12 @@ def check_session(
     return found
 
 
-def check_motion(motion: Motion, tables: ModelTables, limits: Limits) -> list[Finding]:
+def check_motion(motion: Motion, tables: ModelTables) -> list[Finding]:
     """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
     pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
-    found = _rate(float(np.median(steps)), limits)
+    found = _rate(float(np.median(steps)))
     for segment, turn in turns_deg(pose).items():
-        speed, limit = turn / steps, limits.largest_speed(segment)
+        speed, limit = turn / steps, largest_speed(segment)
         if speed.max() > limit:
             k = int(speed.argmax())
             text = (
@@ -253,17 +235,11 @@ def check_motion(motion: Motion, tables: ModelTables, limits: Limits) -> list[Fi
     return found + _out_of_range(pose, tables)
 
 
-def turns_deg(pose: Array) -> dict[str, Array]:
-    """Turns between frames (T - 1,) of clavicle, scapula and humerus in the thorax, by name."""
-    segments = segment_orientations(pose)
-    return {name: np.rad2deg(relative_angle(q[:-1], q[1:])) for name, q in segments.items()}
-
-
-def _rate(step_s: float, limits: Limits) -> list[Finding]:
-    if step_s <= limits.longest_step_s:
+def _rate(step_s: float) -> list[Finding]:
+    if step_s <= LONGEST_STEP_S:
         return []
     text = (
-        f"steps of {step_s:g} s between frames; expected {limits.longest_step_s} s or less, as arm "
+        f"steps of {step_s:g} s between frames; expected {LONGEST_STEP_S} s or less, as arm "
         "motion needs. If times are milliseconds or numbers of frames, make them seconds"
     )
     return [Finding("slow_rate", FAULT, text)]

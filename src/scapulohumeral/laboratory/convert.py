@@ -149,7 +149,7 @@ def convert_orientations(
             files=(orientation_map.path,),
             settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
         )
-        findings = check_motion(converted.motion, settings.tables, settings.limits)
+        findings = check_motion(converted.motion, settings.tables)
         return Outcome(file, file.stem, converted, source, tuple(findings), {})
 
     return _outcomes(files, convert, progress)
@@ -207,7 +207,7 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
     raw = convert_segments(segments, settings.tables)
     findings = [
         *check_points(landmarks.points, landmarks.up, raw, settings.limits),
-        *check_motion(raw.motion, settings.tables, settings.limits),
+        *check_motion(raw.motion, settings.tables),
         *check_clusters(landmarks.misfits, settings.limits),
         *check_coordinates(landmarks.missing),
     ]

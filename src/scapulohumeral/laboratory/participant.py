@@ -18,17 +18,17 @@ import yaml
 from scapulohumeral.documents import check_schema, read_mapping
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.body_size import Body, segment_masses, total_mass
-from scapulohumeral.laboratory.checks import FAULT, Limits, check_motion
+from scapulohumeral.laboratory.checks import FAULT, check_motion
 from scapulohumeral.laboratory.folders import make_folder
 from scapulohumeral.laboratory.record import read_record, record_path
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.participant import read_participant
+from scapulohumeral.model.participant_file import GRAVITY_MPS2
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.smoothing import smooth_recording
 from scapulohumeral.model.tables import ModelTables
 
-GRAVITY_MPS2 = 9.80665
 SCALED_FILE = "scaled.yaml"
 PARTICIPANT_FILE = "participant.yaml"
 # A repeat in the name of a trial: a number from 1 on, which may begin with zeros.
@@ -333,16 +333,12 @@ def _check_trial(table: Path, to: Path, entry: Mapping[str, Any], tables: ModelT
         raise DataError(f"{table}: is already in the participant's folder. Name tables elsewhere.")
     motion = read_motion(table)
     if not read_record(table):
-        faults = [f for f in check_motion(motion, tables, Limits()) if f.severity == FAULT]
+        faults = [f for f in check_motion(motion, tables) if f.severity == FAULT]
         if faults:
             wrong = "; ".join(fault.text for fault in faults)
             raise DataError(f"{table}: {wrong}. Correct the table, or leave the trial out.")
-    if "smooth_cutoff_hz" not in entry:
-        return
-    try:
-        smooth_recording(motion, float(entry["smooth_cutoff_hz"]))
-    except (ConfigError, DataError) as error:
-        raise DataError(f"{table}: {error} Or leave the trial out.") from error
+    if "smooth_cutoff_hz" in entry:
+        smooth_recording(motion, float(entry["smooth_cutoff_hz"]), table)
 
 
 def _copy(table: Path, to: Path) -> None:

@@ -25,6 +25,8 @@ from scapulohumeral.model.rotations import (
 
 TIME_COLUMN = "time_s"
 ANGLE_COLUMNS = tuple(f"{name}_deg" for name in ANGLE_NAMES)
+# Tables of this project carry the unit in the name.
+COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
 FEWEST_FRAMES = 4
 
 
@@ -36,12 +38,31 @@ class Motion:
     angles_rad: Array
 
 
+@dataclass(frozen=True)
+class MotionPlaces:
+    """Where the numbers of a motion stand in its table, see :class:`plausibility.Places`."""
+
+    path: Path
+
+    def row(self, index: int) -> int:
+        """Number of a frame's row; the header is row 1."""
+        return int(index) + 2
+
+    def header(self, column: str) -> str:
+        """Name of a column with its unit."""
+        return COLUMNS[column]
+
+
 def read_motion(path: Path) -> Motion:
     """Joint angles over time from a table in degrees.
 
     Parameters
     ----------
     path : Path                      columns time_s, SC_y_deg, ..., EL_x_deg
+
+    Returns
+    -------
+    Motion                           angles without full turns that most frames have
 
     Raises
     ------
@@ -51,7 +72,12 @@ def read_motion(path: Path) -> Motion:
     table = read_numbers(path, (TIME_COLUMN, *ANGLE_COLUMNS))
     _check_time(path, table[:, 0])
     _check_degrees(path, table[:, 1:])
-    return Motion(table[:, 0], np.deg2rad(table[:, 1:]))
+    return Motion(table[:, 0], without_turns(np.deg2rad(table[:, 1:])))
+
+
+def without_turns(angles: Array) -> Array:
+    """Joint angles (T, 10) [rad] without the full turns that most frames of a recording have."""
+    return angles - 2.0 * np.pi * np.round(np.median(angles, axis=0) / (2.0 * np.pi))
 
 
 def resampled(motion: Motion, time_s: Array) -> Array:

@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.motion import Motion, read_motion
+from scapulohumeral.model.motion import Motion, MotionPlaces, read_motion
 from scapulohumeral.model.participant_file import read_participant_file
+from scapulohumeral.model.plausibility import check_ranges, check_rate, check_speed
+from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.model.smoothing import smooth_recording
 
 
@@ -167,15 +169,26 @@ def _measured_emg(folder: Path, document: Mapping[str, Any]) -> dict[str, Measur
 
 def _trial(folder: Path, name: str, entry: Mapping[str, Any], emg: MeasuredEmg | None) -> Trial:
     published = entry["published"]
-    motion = read_motion(folder / entry["file"])
+    file = folder / entry["file"]
+    motion = _recorded(file)
     if "smooth_cutoff_hz" in entry:
-        motion = smooth_recording(motion, float(entry["smooth_cutoff_hz"]))
+        motion = smooth_recording(motion, float(entry["smooth_cutoff_hz"]), file)
     return Trial(
         name=name,
-        file=folder / entry["file"],
+        file=file,
         motion=motion,
         hand_load_kg=float(entry["hand_load_kg"]),
         published_file=folder / published if published else None,
         emg=emg,
         daily_task=entry.get("daily_task", False),
     )
+
+
+def _recorded(file: Path) -> Motion:
+    """A recorded motion that a shoulder can have made."""
+    motion, places = read_motion(file), MotionPlaces(file)
+    pose = trial_to_pose(motion.angles_rad)
+    check_rate(places, motion.time_s)
+    check_speed(places, motion.time_s, pose)
+    check_ranges(places, pose)
+    return motion

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from scapulohumeral.documents import check_schema, read_yaml
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA
+
+GRAVITY_MPS2 = 9.80665
+# Gravity on the ground is 9.76 to 9.83 m/s^2; rounded values are within this share as well.
+GRAVITY_TOLERANCE = 0.02
 
 
 def list_participants(directory: Path) -> tuple[str, ...]:
@@ -45,7 +51,35 @@ def read_participant_file(directory: Path, name: str) -> dict[str, Any]:
             f"{path}, emg.trials: {', '.join(sorted(unknown))}; expected names of its trials: "
             f"{', '.join(document['trials'])}. Correct the name, or add the recorded motion."
         )
+    check_gravity(path, document["gravity_in_thorax_mps2"])
     return document
+
+
+def check_gravity(path: Path, gravity: Sequence[float]) -> None:
+    """Refuse gravity of no place on earth, or that points up in the thorax.
+
+    Lying is allowed, hanging upside down is not: upwards means a wrong sign or another vertical
+    axis than y.
+
+    Parameters
+    ----------
+    path : of the file; gravity : (3,) in axes of the thorax [m/s^2]
+
+    Raises
+    ------
+    ConfigError                      names the file, what was expected, and the remedy
+    """
+    size = float(np.linalg.norm(gravity))
+    if abs(size / GRAVITY_MPS2 - 1.0) > GRAVITY_TOLERANCE:
+        raise ConfigError(
+            f"{path}, gravity_in_thorax_mps2: {list(gravity)} has length {size:.3f}; expected "
+            f"{GRAVITY_MPS2} within {GRAVITY_TOLERANCE:.0%}. Write m/s^2, in axes of the thorax."
+        )
+    if gravity[1] > 0.0:
+        raise ConfigError(
+            f"{path}, gravity_in_thorax_mps2: {list(gravity)} points up; expected a second "
+            "component of 0 or less, as y of the thorax is up. Change the sign, or the axes."
+        )
 
 
 def common_load(file: Path, loads_kg: Mapping[str, float]) -> float:

@@ -9,12 +9,14 @@ Letters: T frames or samples.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError
-from scapulohumeral.model.motion import Motion
+from scapulohumeral.model.csv_table import uniform_rate
+from scapulohumeral.model.motion import TIME_COLUMN, Motion
 from scapulohumeral.model.rotations import (
     Array,
     continuous_angles,
@@ -32,8 +34,8 @@ CORNER_FACTOR = (np.sqrt(2.0) - 1.0) ** 0.25
 EXTENSION_S = 0.5
 # Fewer frames tell no noise from motion.
 FEWEST_FRAMES = 10
-# Time steps may differ by this share of their mean, as rounded time stamps do.
-STEP_TOLERANCE = 0.02
+# What messages call a motion that is from no file of its own.
+NO_FILE = Path("recording")
 
 
 def pass_corner(frequency_hz: float, rate_hz: float, factor: float = CORNER_FACTOR) -> float:
@@ -72,7 +74,7 @@ def low_pass(
     return both_ways(sections, signals, rate_hz, ends)
 
 
-def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
+def smooth_recording(motion: Motion, cutoff_hz: float, source: Path = NO_FILE) -> Motion:
     """Smooth a recording with a zero-phase Butterworth filter, forwards and backwards.
 
     Rotations are filtered as quaternions, with signs continuous in time, and normalised again:
@@ -81,8 +83,9 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
 
     Parameters
     ----------
-    motion : Motion                  uniform time steps
+    motion : Motion                  uniform time steps, or such that were rounded for a table
     cutoff_hz : float                human arm motion is below 6 Hz, its measurement noise above
+    source : Path                    the table that it is from, for messages
 
     Returns
     -------
@@ -90,30 +93,21 @@ def smooth_recording(motion: Motion, cutoff_hz: float) -> Motion:
 
     Raises
     ------
-    DataError                        time steps are not uniform, or there are too few frames
+    DataError                        time steps are not uniform, which names the row, or there are
+                                     too few frames
     ConfigError                      the cut-off is not between zero and half the sampling rate
     """
-    rate_hz = _sampling_rate(motion.time_s)
+    if len(motion.time_s) < FEWEST_FRAMES:
+        raise DataError(
+            f"{source}: {len(motion.time_s)} frames; the filter needs {FEWEST_FRAMES}. Use a "
+            "longer recording."
+        )
+    rate_hz = uniform_rate(source, TIME_COLUMN, motion.time_s)
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise ConfigError(
-            f"cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
+            f"{source}: cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
             f"for a recording at {rate_hz:.1f} Hz."
         )
     pose = unit_pose(low_pass(trial_to_pose(motion.angles_rad), rate_hz, cutoff_hz, "odd"))
     angles = continuous_angles(pose_to_trial(pose), motion.angles_rad[0])
     return Motion(motion.time_s, angles)
-
-
-def _sampling_rate(time_s: Array) -> float:
-    steps = np.diff(time_s)
-    if len(time_s) < FEWEST_FRAMES:
-        raise DataError(
-            f"{len(time_s)} frames; the filter needs {FEWEST_FRAMES}. Use a longer recording."
-        )
-    if np.ptp(steps) > STEP_TOLERANCE * steps.mean():
-        worst = int(np.abs(steps - steps.mean()).argmax())
-        raise DataError(
-            f"frame {worst + 1}, t = {time_s[worst]:.4f} s: time step {steps[worst]:.4f} s; "
-            f"expected {steps.mean():.4f} s throughout. Resample the recording first."
-        )
-    return float(1.0 / steps.mean())

@@ -23,6 +23,8 @@ from scapulohumeral.ocp.opty_adapter import Limits, OptyProblem, set_up
 from scapulohumeral.ocp.scalers import Scalers, no_scalers
 from scapulohumeral.ocp.transcription import Collocation
 
+# Room beyond a motion that leaves the usual bounds, where joint angles follow it [rad].
+ROOM_RAD = 0.2
 HESSIANS = (*CURVED, "gauss-newton", "limited-memory")
 
 
@@ -50,6 +52,22 @@ class Bounds:
     compression: tuple[float, float] | None = None
     coordinates: np.ndarray | None = None
     ends_at_rest: bool = False
+
+    def around(self, angles_rad: np.ndarray) -> Bounds:
+        """Bounds of angles that hold a motion, (N, 10) joint angles [rad], wherever it leaves them.
+
+        Some elbows extend further than most, and Euler angles may count turns.
+        """
+        angle, elbow = angles_rad[:, :-1], angles_rad[:, -1]
+        return replace(self, angle=_around(self.angle, angle), elbow=_around(self.elbow, elbow))
+
+
+def _around(ends: tuple[float, float], values: np.ndarray) -> tuple[float, float]:
+    low, high, least, largest = *ends, float(values.min()), float(values.max())
+    return (
+        low if low <= least else least - ROOM_RAD,
+        high if high >= largest else largest + ROOM_RAD,
+    )
 
 
 class Problem(OptyProblem):

@@ -16,7 +16,7 @@ import numpy as np
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, pack, unpack
 from scapulohumeral.dynamics.participant_parameters import forearm_parameters
-from scapulohumeral.model.authors_thorax import (
+from scapulohumeral.model.muscle_paths.authors_thorax import (
     CONTACT_POINTS_M,
     THORAX_CENTRE_M,
     THORAX_RADII_M,
@@ -92,9 +92,9 @@ def _exponential_springs() -> Mapping[str, object]:
     }
 
 
-def chosen_bounds(choices: ProblemChoices, reference: np.ndarray) -> Bounds:
-    """Bounds of the unknowns for a reference motion in coordinates (N, 13)."""
-    bounds = Bounds(ends_at_rest=choices.ends_at_rest)
+def chosen_bounds(choices: ProblemChoices, reference: np.ndarray, usual: Bounds) -> Bounds:
+    """Bounds of the unknowns for a reference motion in coordinates (N, 13), of `usual` ones."""
+    bounds = replace(usual, ends_at_rest=choices.ends_at_rest)
     if choices.largest_compression_N is not None:
         # The reaction on the humeral head points away from the glenoid.
         bounds = replace(bounds, compression=(0.0, choices.largest_compression_N))

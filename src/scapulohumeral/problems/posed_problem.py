@@ -98,7 +98,7 @@ class PosedProblem:
     parameters : (P,) run-time parameters of the equations of motion
     target : what is followed
     scalers : groups of muscles with unknown parameters, or None
-    bounds : of the unknowns, or None for the usual ones
+    bounds : of the unknowns
     """
 
     model: ShoulderModel
@@ -107,7 +107,7 @@ class PosedProblem:
     objective: Objective
     target: Target
     scalers: Scalers | None = None
-    bounds: Bounds | None = None
+    bounds: Bounds = Bounds()
 
     @property
     def nodes(self) -> int:
@@ -167,6 +167,7 @@ def pose(
             effort_power=settings.weights.get("activation_power", 2.0),
         ),
         target=target,
+        bounds=Bounds().around(target.reference_rad),
     )
 
 

@@ -180,7 +180,7 @@ class _Scene:
         stiffness = condition.girdle_stiffness_Nm_per_rad
         if stiffness is not None:
             parameters = stiffen_girdle(parameters, stiffness)
-        bounds = chosen_bounds(choices, self.composite.reference)
+        bounds = chosen_bounds(choices, self.composite.reference, posed.bounds)
         return replace(posed, parameters=parameters, bounds=bounds)
 
 

@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from places import REPOSITORY
 
@@ -89,6 +90,70 @@ def test_damaged_recording_is_refused_with_its_place(folder, old, new, message):
     with pytest.raises(DataError, match=message) as refusal:
         read_participant(folder, "par2")
     assert "par2/frontal.csv" in str(refusal.value)
+
+
+def _spoilt(folder: Path, change) -> None:
+    path = folder / "par2" / "frontal.csv"
+    change(table := pd.read_csv(path))
+    table.to_csv(path, index=False)
+
+
+def _milliseconds(table):
+    table["time_s"] *= 1000.0
+
+
+def _hole(table):
+    table.loc[20:, "time_s"] += 1.5
+
+
+def _jump(table):
+    table.loc[30, "SC_y_deg"] += 60.0
+
+
+def _turned_scapula(table):
+    table["AC_z_deg"] += 120.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (_milliseconds, "column time_s: steps of .* s; expected 0.2 s or less.*milliseconds"),
+        (_hole, "row 22, column time_s: .* expected 1 s or less between rows"),
+        (_jump, "row 32: the clavicle turns by .* deg/s"),
+        (_turned_scapula, "row 2, column AC_y_deg: the joint is at .* no shoulder turns further"),
+    ],
+)
+def test_a_motion_that_no_shoulder_makes_is_refused(folder, change, message):
+    _spoilt(folder, change)
+    with pytest.raises(DataError, match=f"par2/frontal.csv, {message}"):
+        read_participant(folder, "par2")
+
+
+def test_full_turns_of_a_recording_do_not_count(folder):
+    recorded = read_participant(folder, "par2").trial("frontal").motion.angles_rad
+
+    def wind(table):
+        table["GH_y_deg"] += 360.0
+
+    _spoilt(folder, wind)
+    wound = read_participant(folder, "par2").trial("frontal").motion.angles_rad
+    np.testing.assert_allclose(wound, recorded, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "message"),
+    [
+        ("[0.0, 9.80665, 0.0]", "points up"),
+        ("[0.0, 0.0, 0.0]", "has length 0.000"),
+        ("[0.0, -1.0, 0.0]", "has length 1.000; expected 9.80665"),
+    ],
+)
+def test_gravity_of_no_place_on_earth_is_refused(folder, gravity, message):
+    path = folder / "par2" / "participant.yaml"
+    line = next(x for x in path.read_text().splitlines() if x.startswith("gravity_in_thorax"))
+    replace(path, line, f"gravity_in_thorax_mps2: {gravity}")
+    with pytest.raises(ConfigError, match=f"gravity_in_thorax_mps2: .* {message}"):
+        read_participant(folder, "par2")
 
 
 def test_radians_are_refused(tmp_path):

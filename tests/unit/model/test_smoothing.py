@@ -1,5 +1,7 @@
 """The low-pass filter keeps slow motion, removes noise, and survives gimbal lock."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -85,8 +87,19 @@ def test_passing_gimbal_lock_leaves_no_step():
 def test_uneven_time_is_refused():
     time = TIME.copy()
     time[100:] += 0.1
-    with pytest.raises(DataError, match="frame 100, t = 0.9900 s.*Resample"):
-        smooth_recording(Motion(time, elevation().angles_rad), 6.0)
+    message = "lift.csv, row 102, column time_s: 0.110000 s after the row before.*Resample"
+    with pytest.raises(DataError, match=message):
+        smooth_recording(Motion(time, elevation().angles_rad), 6.0, Path("lift.csv"))
+
+
+@pytest.mark.parametrize("rate_hz", [30, 60, 120])
+def test_times_may_be_rounded_to_milliseconds(rate_hz: int) -> None:
+    exact = np.arange(301) / rate_hz
+    angles = elevation().angles_rad
+    of_exact, of_rounded = (
+        smooth_recording(Motion(time, angles), 6.0).angles_rad for time in (exact, exact.round(3))
+    )
+    np.testing.assert_allclose(of_rounded, of_exact, atol=1e-5)
 
 
 def test_cut_off_beyond_half_the_rate_is_refused():

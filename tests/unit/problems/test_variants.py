@@ -12,16 +12,17 @@ from small_arm import small_muscles
 from scapulohumeral.dynamics.parameters import pack, unpack
 from scapulohumeral.dynamics.participant_parameters import forearm
 from scapulohumeral.errors import ConfigError
-from scapulohumeral.model.authors_thorax import (
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.muscle_paths.authors_thorax import (
     CONTACT_POINTS_M,
     THORAX_CENTRE_M,
     THORAX_RADII_M,
 )
-from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.thorax_clearance import chain_frames, level_set
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.model.tables import read_tables
+from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters, without_force
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import (
@@ -193,6 +194,7 @@ def test_bounds_are_those_of_the_reference():
     bounds = chosen_bounds(
         ProblemChoices(coordinate_margin=0.2, largest_compression_N=1600.0, ends_at_rest=True),
         reference,
+        Bounds(),
     )
     low, high = bounds.coordinates
     np.testing.assert_allclose(low, reference[0] - 0.2)
@@ -201,7 +203,7 @@ def test_bounds_are_those_of_the_reference():
     assert (high[[0, 4, 8]] <= 1.0).all()
     assert bounds.compression == (0.0, 1600.0)
     assert bounds.ends_at_rest
-    own = chosen_bounds(ProblemChoices(), reference)
+    own = chosen_bounds(ProblemChoices(), reference, Bounds())
     assert (own.compression, own.coordinates, own.ends_at_rest) == (None, None, False)
 
 

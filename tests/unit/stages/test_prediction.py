@@ -20,6 +20,7 @@ from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.model.rotations import trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
+from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.problems.chosen_problem import chosen_bounds
 from scapulohumeral.problems.composite import compose
@@ -311,7 +312,7 @@ def test_a_joint_that_may_only_be_pressed_starts_pressed() -> None:
     still = Trajectory(*(np.ones((3, width)) for width in (13, 10, 4, 4, 3)))
     start = prediction._relaxed(still)
     choices = ProblemChoices(largest_compression_N=1600.0)
-    low, high = chosen_bounds(choices, still.q).compression
+    low, high = chosen_bounds(choices, still.q, Bounds()).compression
     assert np.all((low < start.reaction[:, 0]) & (start.reaction[:, 0] < high))
     assert np.all(start.reaction[:, 1:] == 0.0)
     np.testing.assert_array_equal(start.a, start.e)

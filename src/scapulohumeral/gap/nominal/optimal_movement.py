@@ -350,18 +350,23 @@ def movement(model: ParticipantModel, observed: Observation, settings: GapSettin
         effort=effort_factors(model.muscles, w.get("strength_exponent", 0.0)),
         emg=drive.term(body.effort),
     )
-    meshes = _meshes(model, choices)
-    mesh = meshes.get(len(angles))
+    bounds = chosen_bounds(choices, observed.pose, Bounds().around(angles))
     # A trial is a part of a motion: what holds at the ends of the whole says nothing of its ends.
-    bounds = replace(chosen_bounds(choices, observed.pose), coordinates=None, ends_at_rest=False)
-    move = Movement(model.forces, body, objective, angles, drive, bounds, mesh)
-    meshes.setdefault(len(angles), move.set_up)
+    bounds = replace(bounds, coordinates=None, ends_at_rest=False)
+    meshes, like = _meshes(model, choices), (len(angles), bounds.elbow)
+    move = Movement(model.forces, body, objective, angles, drive, bounds, meshes.get(like))
+    meshes.setdefault(like, move.set_up)
     return move
 
 
 @lru_cache(maxsize=1)
-def _meshes(model: ParticipantModel, choices: ProblemChoices) -> dict[int, Problem]:
-    """Problems of the model in use by number of nodes: opty's set-up takes seconds."""
+def _meshes(
+    model: ParticipantModel, choices: ProblemChoices
+) -> dict[tuple[int, tuple[float, float]], Problem]:
+    """Problems of the model in use by number of nodes and bounds of the elbow.
+
+    Opty's set-up takes seconds.
+    """
     return {}
 
 

@@ -19,13 +19,11 @@ from scapulohumeral.gap.recording.case import GapParticipant, ScaledModel
 from scapulohumeral.gap.recording.participant_schema import DIAGNOSIS_SCHEMA, SCALED_FILE_SCHEMA
 from scapulohumeral.gap.recording.trials import TrialEntry
 from scapulohumeral.laboratory.participant import is_of_study
+from scapulohumeral.model.participant_file import check_gravity
 from scapulohumeral.model.participant_schema import PARTICIPANT_SCHEMA, SCALED_SEGMENTS
 from scapulohumeral.model.tables import read_tables
 
 FILE_NAME = "participant.yaml"
-# Gravity on the ground is 9.76 to 9.83 m/s^2; rounded values are within this share as well.
-GRAVITY_MPS2 = 9.80665
-GRAVITY_TOLERANCE = 0.02
 # Stature of an adult whose upper arm is as long as the humerus of the base model, 0.2908 m from
 # head to elbow: upper arms are 0.1618 (281.7 of 1741 mm, men) and 0.1586 (275.1 of 1735 mm, women)
 # of stature (de Leva 1996, tables 1 and 4); mean of both.
@@ -136,10 +134,10 @@ def read_participant_file(path: Path, masses: str) -> ParticipantFile:
     document = _read_yaml(path)
     if is_of_study(document):
         _check(path, document, PARTICIPANT_SCHEMA)
-        _check_gravity(path, document["gravity_in_thorax_mps2"])
+        check_gravity(path, document["gravity_in_thorax_mps2"])
         return ParticipantFile(_study_participant(document, masses), {}, path)
     _check(path, document, DIAGNOSIS_SCHEMA)
-    _check_gravity(path, document["gravity_in_thorax_mps2"])
+    check_gravity(path, document["gravity_in_thorax_mps2"])
     emg = document.get("emg", {"channels": {}, "unit": "fraction_of_mvc"})
     channels = {name: tuple(groups) for name, groups in emg["channels"].items()}
     # Cross-talk has no direction: a pair that is named both ways is one.
@@ -269,25 +267,6 @@ def _check_values(path: Path, value: Any, place: str) -> None:
                 f"expected text. Write it in quotes: '{key}'."
             )
         _check_values(path, item, f"{place}.{key}".removeprefix("."))
-
-
-def _check_gravity(path: Path, gravity: Sequence[float]) -> None:
-    """Refuse gravity of no place on earth, or that points up in the thorax.
-
-    Lying is allowed, hanging upside down is not: upwards means a wrong sign or another vertical
-    axis than y.
-    """
-    size = float(np.linalg.norm(gravity))
-    if abs(size / GRAVITY_MPS2 - 1.0) > GRAVITY_TOLERANCE:
-        raise ConfigError(
-            f"{path}, gravity_in_thorax_mps2: {list(gravity)} has length {size:.3f}; expected "
-            f"{GRAVITY_MPS2} within {GRAVITY_TOLERANCE:.0%}. Write m/s^2, in axes of the thorax."
-        )
-    if gravity[1] > 0.0:
-        raise ConfigError(
-            f"{path}, gravity_in_thorax_mps2: {list(gravity)} points up; expected a second "
-            "component of 0 or less, as y of the thorax is up. Change the sign, or the axes."
-        )
 
 
 def _check(path: Path, document: Mapping[str, Any], schema: Mapping[str, Any]) -> None:

@@ -18,23 +18,17 @@ import numpy as np
 
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
+from scapulohumeral.gap.recording.held_still import check_movement
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import CONTACT_CHANNELS
-from scapulohumeral.gap.recording.plausibility import (
-    check_movement,
-    check_ranges,
-    check_rate,
-    check_speed,
-)
 from scapulohumeral.laboratory.record import read_channels
 from scapulohumeral.laboratory.trial import MEASURED
 from scapulohumeral.model.csv_table import check_increasing, first_line_names
-from scapulohumeral.model.motion import ANGLE_COLUMNS, TIME_COLUMN, Motion
+from scapulohumeral.model.motion import COLUMNS, TIME_COLUMN, Motion, without_turns
+from scapulohumeral.model.plausibility import check_ranges, check_rate, check_speed
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array, trial_to_pose
 
-# This project's own tables carry the unit in the name.
-COLUMNS = {"time": TIME_COLUMN, **dict(zip(ANGLE_NAMES, ANGLE_COLUMNS, strict=True))}
 COMPANION = re.compile(r"(?P<stem>.+)_(?:emg|force)")
 EMG_COLUMN = re.compile(r"EMG_[^/+ >]+")
 SUFFIXES = (".csv", ".mot")
@@ -160,7 +154,7 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
         )
     table = read_table(path).renamed({own: name for name, own in COLUMNS.items()})
     time_s = _time(table)
-    angles = _unwound(_angles_rad(table))
+    angles = without_turns(_angles_rad(table))
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
     pose = trial_to_pose(angles)
@@ -279,16 +273,6 @@ def _angles_rad(table: MotionTable) -> Array:
             "full turns."
         )
     return np.deg2rad(angles)
-
-
-def _unwound(angles_rad: Array) -> Array:
-    """Angles (T, 10) [rad] with the elbow within half a turn of zero, where it bends.
-
-    Ball joints are compared as rotations, in which whole turns do not count.
-    """
-    elbow = ANGLE_NAMES.index("EL_x")
-    turns = np.round(np.median(angles_rad[:, elbow]) / (2.0 * np.pi))
-    return angles_rad - 2.0 * np.pi * turns * (np.arange(len(ANGLE_NAMES)) == elbow)
 
 
 def _emg_columns(table: MotionTable) -> tuple[str, ...]:

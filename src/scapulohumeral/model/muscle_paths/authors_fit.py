@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scapulohumeral.model.authors_thorax import (
+from scapulohumeral.model.muscle_paths.authors_thorax import (
     CONTACT_POINTS_M,
     THORAX_CENTRE_M,
     THORAX_RADII_M,

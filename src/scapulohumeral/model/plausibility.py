@@ -1,4 +1,4 @@
-"""Refusal of recordings that no shoulder makes: another unit of time, a girdle turned over, rest.
+"""Refusal of recordings that no shoulder makes: another unit of time, gaps, jumps, turned girdles.
 
 Letters: T frames.
 """
@@ -7,20 +7,17 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.recording.motion_files import MotionTable
-from scapulohumeral.laboratory.checks import Limits, turns_deg
-from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
     Array,
     pose_to_trial,
     relative_angle,
     segment_orientations,
-    trial_to_pose,
 )
 from scapulohumeral.model.tables import read_tables
 from scapulohumeral.provenance import MODEL_TABLES
@@ -32,37 +29,67 @@ LONGEST_GAP_S = 1.0
 MARGIN_DEG = 60.0
 # The humerus has no unique form.
 RANGED = tuple(name for name in ANGLE_NAMES if not name.startswith("GH_"))
-# ASSUME: a posture that is held sways by 1 to 2 deg, as much as repeated palpation differs.
-LEAST_MOVEMENT_DEG = 5.0
 # Less between two rows is noise, which at high rates is fast too.
 LEAST_JUMP_DEG = 10.0
+# Arm motion reaches 6 Hz (Winter 2009, section 3.4.4.2), so nobody samples it below 5 Hz; in
+# milliseconds steps are longer than this up to 5 kHz.
+LONGEST_STEP_S = 0.2
+# Clavicle and scapula in the thorax turn at 250 deg/s in fast arm motions.
+GIRDLE_DEG_PER_S = 1000.0
+# Humerus in the thorax, and elbow: throwing is slower about every axis but that of the humerus.
+ARM_DEG_PER_S = 2500.0
 
 
-def check_rate(table: MotionTable, time_s: Array) -> None:
+class Places(Protocol):
+    """Where the numbers of a recording stand: for messages."""
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+
+    def row(self, index: int) -> int:
+        """Number of the data row with this index, as a text editor shows it."""
+
+    def header(self, column: str) -> str:
+        """Name in the file of ``time`` or of a joint angle."""
+
+
+def largest_speed(segment: str) -> float:
+    """How fast a segment in the thorax, or the forearm, may turn [deg/s]."""
+    return GIRDLE_DEG_PER_S if segment in ("clavicle", "scapula") else ARM_DEG_PER_S
+
+
+def turns_deg(pose: Array) -> dict[str, Array]:
+    """Turns between frames (T - 1,) of clavicle, scapula and humerus in the thorax, by name."""
+    segments = segment_orientations(pose)
+    return {name: np.rad2deg(relative_angle(q[:-1], q[1:])) for name, q in segments.items()}
+
+
+def check_rate(table: Places, time_s: Array) -> None:
     """Refuse gaps, and times in another unit than seconds: their steps are too long for an arm.
 
     Raises
     ------
     DataError                        names file, and row of a gap
     """
-    path, limit = table.path, Limits().longest_step_s
+    path, column = table.path, table.header("time")
     step = float(np.median(np.diff(time_s)))
-    if step > limit:
+    if step > LONGEST_STEP_S:
         raise DataError(
-            f"{path}, column time: steps of {step:g} s; expected {limit} s or less, as "
-            "arm motion needs. If these are milliseconds, divide by 1000; if they are frames, by "
-            "the rate; else record at a higher one."
+            f"{path}, column {column}: steps of {step:g} s; expected {LONGEST_STEP_S} s or less, "
+            "as arm motion needs. If these are milliseconds, divide by 1000; if they are frames, "
+            "by the rate; else record at a higher one."
         )
     longest = int(np.diff(time_s).argmax())
     if time_s[longest + 1] - time_s[longest] > LONGEST_GAP_S:
         raise DataError(
-            f"{path}, row {table.row(longest + 1)}, column {table.header('time')}: "
+            f"{path}, row {table.row(longest + 1)}, column {column}: "
             f"{time_s[longest + 1]:g} s follows {time_s[longest]:g} s; expected {LONGEST_GAP_S:g} "
             "s or less between rows. Make a trial of each part."
         )
 
 
-def check_ranges(table: MotionTable, pose: Array) -> None:
+def check_ranges(table: Places, pose: Array) -> None:
     """Refuse clavicle, scapula or elbow turned further than any person's, however they are wound.
 
     Parameters
@@ -86,7 +113,7 @@ def check_ranges(table: MotionTable, pose: Array) -> None:
         )
 
 
-def check_speed(table: MotionTable, time_s: Array, pose: Array) -> None:
+def check_speed(table: Places, time_s: Array, pose: Array) -> None:
     """Refuse jumps of a segment in the thorax, or of the elbow: markers lost, exchanged, or at 0.
 
     Parameters
@@ -97,10 +124,9 @@ def check_speed(table: MotionTable, time_s: Array, pose: Array) -> None:
     ------
     DataError                        names file, row and segment
     """
-    limits = Limits()
     turns = turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
     for name, turn in turns.items():
-        speed, limit = turn / np.diff(time_s), limits.largest_speed(name)
+        speed, limit = turn / np.diff(time_s), largest_speed(name)
         beyond = np.flatnonzero((speed > limit) & (turn > LEAST_JUMP_DEG))
         if beyond.size:
             k = int(beyond[0])
@@ -110,31 +136,6 @@ def check_speed(table: MotionTable, time_s: Array, pose: Array) -> None:
                 f"expected at most {limit:.0f}. Fill gaps of the record by interpolation, or cut "
                 "the rows."
             )
-
-
-def check_movement(path: Path, smooth: Motion) -> None:
-    """Refuse a trial in which no joint, nor the humerus in the thorax, turns noticeably.
-
-    Parameters
-    ----------
-    path : file; smooth : its movement, smoothed
-
-    Raises
-    ------
-    DataError                        names file and largest turn
-    """
-    pose = trial_to_pose(smooth.angles_rad)
-    joints = [pose[:, i : i + 4] for i in (0, 4, 8)]
-    joints.append(segment_orientations(pose)["humerus"])
-    turns = [relative_angle(joint[:1], joint).max() for joint in joints]
-    largest = np.rad2deg(max(*turns, np.ptp(pose[:, 12])))
-    if largest < LEAST_MOVEMENT_DEG:
-        raise DataError(
-            f"{path}, columns {ANGLE_NAMES[0]} to {ANGLE_NAMES[-1]}: no joint turns by more than "
-            f"{largest:.1f} deg; expected a movement of {LEAST_MOVEMENT_DEG:.0f} deg or more. "
-            "Leave the trial out: a diagnosis compares movements. Angles in radians have to be "
-            "multiplied by 180/pi."
-        )
 
 
 @cache

@@ -15,6 +15,7 @@ from scipy.signal import welch
 
 from scapulohumeral.emg.envelope import Envelopes, EnvelopeSettings, band_passed
 from scapulohumeral.emg.recording import Recording
+from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
 
 MAINS_HZ = (50.0, 60.0)
@@ -28,6 +29,10 @@ RAIL_SHARE = 5e-4
 # Samples that may repeat an extreme value by chance: of a second of noise at 1000 Hz and 100 steps
 # from peak to peak, hardly ever more do.
 BY_CHANCE = 4
+# ASSUME: amplifiers that work never show one value for longer [s]; radio that is lost does.
+LONGEST_ONE_VALUE_S = 0.1
+# What makes an envelope meaningless; above the MVC it is only too large.
+SPOILING = ("clipping", "mains_hum", "dead", "one_value")
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,44 @@ def check_recording(
         Check(name, channel, "dead", float(v), limits.dead_rms_v, "V", bool(v >= limits.dead_rms_v))
         for channel, v in zip(recording.channels, rms, strict=True)
     ]
+
+
+def check_one_value(name: str, recording: Recording) -> list[Check]:
+    """How long each channel of a raw recording shows one and the same value at most.
+
+    `name` is "trial" or "mvc".
+    """
+    checks = []
+    for channel, volts in zip(recording.channels, recording.volts.T, strict=True):
+        changes = np.flatnonzero(np.diff(volts))
+        ends = np.concatenate([[-1], changes, [len(volts) - 1]])
+        longest, limit = float(np.diff(ends).max() - 1) / recording.rate_hz, LONGEST_ONE_VALUE_S
+        checks.append(Check(name, channel, "one_value", longest, limit, "s", longest <= limit))
+    return checks
+
+
+def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
+    """Channels of a recording that mean nothing -> the first check that says so."""
+    return {
+        check.channel: check
+        for check in reversed(checks)
+        if not check.passed and check.check in SPOILING
+    }
+
+
+def refuse_rectified(recording: Recording) -> None:
+    """Refuse signals without negative values: no band-pass makes raw EMG of them again.
+
+    Raises
+    ------
+    DataError                        names file and channel
+    """
+    for name, volts in zip(recording.channels, recording.volts.T, strict=True):
+        if volts.min() >= 0.0 and volts.max() > 0.0:
+            raise DataError(
+                f"{recording.source}, channel {name}: no negative values; expected raw EMG. It was "
+                "rectified: export the signal before any processing."
+            )
 
 
 def check_envelopes(envelopes: Envelopes, limits: QualityLimits) -> list[Check]:

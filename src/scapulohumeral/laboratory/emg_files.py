@@ -26,7 +26,10 @@ from scapulohumeral.emg.quality import (
     Check,
     QualityLimits,
     check_envelopes,
+    check_one_value,
     check_recording,
+    refuse_rectified,
+    spoilt_channels,
     write_quality,
 )
 from scapulohumeral.emg.recording import Recording, read_recording
@@ -89,12 +92,9 @@ EMG_MAP_SCHEMA = closed(
 UNIT = "fraction_of_mvc"
 # What to do about a participant file of a diagnosis that cannot be read.
 MAKE_AGAIN = "Make it again: scapulohumeral convert."
-# What makes an envelope meaningless; above the MVC it is only too large ...
-SPOILING = ("clipping", "mains_hum", "dead", "one_value")
-# ... unless it is by this much [fractions of MVC], which no weak contraction explains.
+# Above the MVC an envelope is only too large, unless it is by this much [fractions of MVC], which
+# no weak contraction explains.
 IMPOSSIBLE_SHARE = 3.0
-# ASSUME: amplifiers that work never show one value for longer [s]; radio that is lost does.
-LONGEST_ONE_VALUE_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -268,7 +268,7 @@ def process_trial(
     DataError                        the recording cannot be used
     """
     raw = _read(file, emg_map)
-    _refuse_rectified(file, raw)
+    refuse_rectified(raw)
     envelopes = scaled_envelopes(
         raw,
         contractions.amplitudes_v,
@@ -277,7 +277,7 @@ def process_trial(
         contractions.simulated,
     )
     own = check_recording("trial", raw, pipeline.envelope, pipeline.quality)
-    own += _check_one_value(raw)
+    own += check_one_value("trial", raw)
     above = check_envelopes(envelopes, pipeline.quality)
     impossible = {one.channel: one for one in above if one.value > IMPOSSIBLE_SHARE}
     return ProcessedTrial(
@@ -285,37 +285,6 @@ def process_trial(
         checks=(*own, *contractions.checks, *above),
         spoilt={**impossible, **contractions.spoilt, **spoilt_channels(own)},
     )
-
-
-def _refuse_rectified(file: Path, raw: Recording) -> None:
-    """Refuse signals without negative values: no band-pass makes raw EMG of them again."""
-    for name, volts in zip(raw.channels, raw.volts.T, strict=True):
-        if volts.min() >= 0.0 and volts.max() > 0.0:
-            raise DataError(
-                f"{file}, channel {name}: no negative values; expected raw EMG. It was rectified: "
-                "export the signal before any processing."
-            )
-
-
-def _check_one_value(raw: Recording) -> list[Check]:
-    """How long each channel shows one and the same value at most."""
-    checks = []
-    for name, volts in zip(raw.channels, raw.volts.T, strict=True):
-        changes = np.flatnonzero(np.diff(volts))
-        ends = np.concatenate([[-1], changes, [len(volts) - 1]])
-        longest = float(np.diff(ends).max() - 1) / raw.rate_hz
-        passed = longest <= LONGEST_ONE_VALUE_S
-        checks.append(Check("trial", name, "one_value", longest, LONGEST_ONE_VALUE_S, "s", passed))
-    return checks
-
-
-def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
-    """Channels of a recording that mean nothing -> the first check that says so."""
-    return {
-        check.channel: check
-        for check in reversed(checks)
-        if not check.passed and check.check in SPOILING
-    }
 
 
 def quality_path(table: Path) -> Path:

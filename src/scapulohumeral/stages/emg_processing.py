@@ -10,10 +10,14 @@ from scapulohumeral.emg.envelope import EnvelopeSettings, normalised_envelopes, 
 from scapulohumeral.emg.quality import (
     QualityLimits,
     check_envelopes,
+    check_one_value,
     check_recording,
+    refuse_rectified,
+    spoilt_channels,
     write_quality,
 )
-from scapulohumeral.emg.recording import read_recording
+from scapulohumeral.emg.recording import Recording, read_recording
+from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import participant_of
 
 
@@ -51,14 +55,19 @@ def process_emg(
 
     Raises
     ------
-    DataError                        if a recording cannot be used; a recording of poor quality can,
-                                     and is reported
+    DataError                        if a recording cannot be used. Measured EMG cannot where a
+                                     channel is dead, clipped, rectified, or holds mains hum: a
+                                     calibration would take it for what the muscle does. Envelopes
+                                     above the maximal contraction are reported
     """
     measured = participant_of(files.participant).trial(trial).emg
     channels = read_channels(files.channels).names
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)
     mvc = read_recording(files.mvc, channels, labels)
+    if not raw.simulated:
+        for name, recording in (("trial", raw), ("mvc", mvc)):
+            _refuse_spoilt(name, recording, settings)
     # The participant may have measured EMG, and a study beside it be of simulated signals.
     delay = measured.delay_s if measured and not raw.simulated else 0.0
     envelopes = normalised_envelopes(raw, mvc, settings.envelope, delay)
@@ -69,3 +78,17 @@ def process_emg(
         *check_envelopes(envelopes, settings.quality),
     ]
     write_quality(quality, checks, envelopes.simulated)
+
+
+def _refuse_spoilt(name: str, recording: Recording, settings: EmgSettings) -> None:
+    """Refuse a measured recording with a channel that means nothing."""
+    refuse_rectified(recording)
+    checks = check_recording(name, recording, settings.envelope, settings.quality)
+    # Nobody has to contract all muscles in each recording of maximal contractions.
+    checks += check_one_value(name, recording) if name == "trial" else []
+    for channel, check in spoilt_channels(checks).items():
+        raise DataError(
+            f"{recording.source}, channel {channel}: {check.check} {check.value:.3g} {check.unit}; "
+            f"the limit is {check.threshold:g} {check.unit}. Record it again, or calibrate without "
+            "this trial."
+        )

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from emg_study import CHANNELS, CONFIG, ENVELOPE, LIMITS, SIMULATION
 from scapulohumeral.emg.envelope import read_envelopes
 from scapulohumeral.emg.recording import read_recording, write_recording
 from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
-from scapulohumeral.errors import ConfigError
+from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.stages.emg_processing import EmgFiles, EmgSettings, process_emg
 
@@ -111,3 +112,36 @@ def test_poor_quality_is_reported_and_does_not_stop(files: EmgFiles, tmp_path: P
     failed = [entry["channel"] for entry in quality["checks"] if not entry["passed"]]
     assert quality["passed"] is False
     assert failed == ["infraspinatus"]
+
+
+def _rectified(volts: np.ndarray) -> np.ndarray:
+    return np.abs(volts)
+
+
+def _dead(volts: np.ndarray) -> np.ndarray:
+    return 1e-9 * volts
+
+
+def _lost(volts: np.ndarray) -> np.ndarray:
+    return np.where(np.arange(len(volts)) < len(volts) // 10, volts[0], volts)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (_rectified, "no negative values; expected raw EMG"),
+        (_dead, "dead .* V; the limit is"),
+        (_lost, "one_value .* s; the limit is 0.1 s"),
+    ],
+)
+def test_a_measured_channel_that_means_nothing_is_refused(
+    files: EmgFiles, tmp_path: Path, spoil: Callable[[np.ndarray], np.ndarray], message: str
+) -> None:
+    raw = read_recording(files.raw, CHANNELS.names)
+    volts = raw.volts.copy()
+    volts[:, 2] = spoil(volts[:, 2])
+    spoilt = replace(raw, volts=volts, simulated=False)
+    write_recording(files.raw, spoilt)
+    with pytest.raises(DataError, match=f"raw.csv, channel {CHANNELS.names[2]}: {message}"):
+        process_emg("frontal", files, SETTINGS, tmp_path / "out.csv", tmp_path / "quality.json")
+    assert not (tmp_path / "out.csv").exists()

@@ -19,11 +19,8 @@ rule benchmark_solver:
     benchmark:
         "results/benchmarks/benchmark_solver.jsonl"
     params:
+        **SOLVER,
         code=code_of("benchmark_solver"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/tracking"),
     threads: 1
     resources:
@@ -53,11 +50,8 @@ rule benchmark_peer:
     wildcard_constraints:
         peer=r"casadi|opty_\d+",
     params:
+        **SOLVER,
         code=code_of("benchmark_peer"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/tracking"),
         limit_s=BENCH.peer_limit_s,
     threads: 1

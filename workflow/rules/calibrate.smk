@@ -27,13 +27,10 @@ rule calibrate:
         "results/benchmarks/calibrate/{participant}.jsonl"
     priority: 5
     params:
+        **SOLVER,
         code=code_of("calibrate"),
         # Snakemake compares files as a set; elevations are joined in this order.
         planes=STUDY.planes,
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/calibration"),
         pause_s=lookup(within=config, dpath="composite/pause_s"),
         calibration=lookup(within=config, dpath="calibration"),
@@ -90,11 +87,8 @@ rule solve_validation:
     benchmark:
         "results/benchmarks/solve_validation/{participant}_{trial}_{muscles}.jsonl"
     params:
+        **SOLVER,
         code=code_of("solve_validation"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/calibration"),
     threads: 1
     resources:

@@ -124,6 +124,27 @@ def condition_of(wildcards):
     return STUDY.condition(wildcards.condition, wildcards.participant)
 
 
+# Parameters of every rule that solves, of every one that predicts with a free girdle, and of where
+# muscle paths were fitted.
+SOLVER = {
+    name: lookup(within=config, dpath=f"solve/{name}")
+    for name in ("time_step_s", "tolerance", "max_iterations", "hessian")
+}
+PREDICTION = {
+    **SOLVER,
+    "max_iterations": lookup(within=config, dpath="prediction/max_iterations"),
+    "weights": lookup(within=config, dpath="weights/prediction"),
+    "pause_s": lookup(within=config, dpath="composite/pause_s"),
+    "guidance": lookup(within=config, dpath="prediction/guidance"),
+    "capacity_steps": lookup(within=config, dpath="prediction/capacity_steps"),
+    "condition": condition_of,
+}
+FIT_REGION = {
+    name: lookup(within=config, dpath=f"geometry/{name}")
+    for name in ("margin_deg", "scapula_turn_deg", "girdle_turn_deg")
+}
+
+
 def needed_scalers(condition, participant):
     """Scalers of a participant, if a condition has calibrated muscles."""
     calibrated = condition["parameters"] == "calibrated"

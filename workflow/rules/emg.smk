@@ -43,13 +43,10 @@ rule simulate_elevations:
         "results/benchmarks/simulate_elevations/{participant}.jsonl"
     priority: 4
     params:
+        **SOLVER,
         code=code_of("simulate_elevations"),
         # Snakemake compares files as a set; elevations are joined in this order.
         planes=STUDY.planes,
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/calibration"),
         pause_s=lookup(within=config, dpath="composite/pause_s"),
         electrodes=lookup(within=config, dpath="emg/simulation"),
@@ -87,11 +84,8 @@ rule simulate_task:
     wildcard_constraints:
         trial=f"(?!(?:{'|'.join([*WHOLE_RECORDINGS, *STUDY.planes])})_)[a-z0-9_]+",
     params:
+        **SOLVER,
         code=code_of("simulate_task"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/calibration"),
         electrodes=lookup(within=config, dpath="emg/simulation"),
     threads: 1

@@ -46,12 +46,10 @@ rule sample_muscle_geometry:
         "results/benchmarks/sample_muscle_geometry/{participant}_{formulation}.jsonl"
     priority: 3
     params:
+        **FIT_REGION,
         code=code_of("sample_muscle_geometry"),
         poses=lookup(within=config, dpath="geometry/poses"),
         held_out_poses=lookup(within=config, dpath="geometry/held_out_poses"),
-        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
-        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
-        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
         clearance=lookup(within=config, dpath="geometry/clearance"),
         seed=lookup(within=config, dpath="geometry/seed"),
         published_arm=False,

@@ -21,18 +21,10 @@ rule solve_prediction:
     benchmark:
         "results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"
     params:
+        **PREDICTION,
         code=code_of("solve_prediction"),
         # Snakemake compares files as a set; elevations are joined in this order.
         planes=STUDY.planes,
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
-        weights=lookup(within=config, dpath="weights/prediction"),
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
-        guidance=lookup(within=config, dpath="prediction/guidance"),
-        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
-        condition=condition_of,
         problem={},
     threads: 1
     resources:
@@ -62,18 +54,10 @@ rule spread_scalers:
     benchmark:
         "results/benchmarks/spread_scalers/{participant}_{condition}.jsonl"
     params:
+        **PREDICTION,
         code=code_of("spread_scalers"),
         # Snakemake compares files as a set; elevations are joined in this order.
         planes=STUDY.planes,
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
-        weights=lookup(within=config, dpath="weights/prediction"),
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
-        guidance=lookup(within=config, dpath="prediction/guidance"),
-        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
-        condition=condition_of,
         problem={},
     threads: 1
     resources:
@@ -126,10 +110,8 @@ rule compare_tasks:
     benchmark:
         "results/benchmarks/compare_tasks.jsonl"
     params:
+        **FIT_REGION,
         code=code_of("compare_tasks"),
-        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
-        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
-        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
     threads: 1
     message:
         "Predicted daily tasks against their recordings"

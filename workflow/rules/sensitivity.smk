@@ -43,6 +43,8 @@ use rule solve_prediction as solve_case with:
     benchmark:
         "results/benchmarks/solve_case/{participant}_{condition}_{case}.jsonl"
     params:
+        # Of its own: elevations are joined in this order.
+        planes=SENSITIVITY.planes,
         time_step_s=case_time_step,
         weights=case_weights,
         condition=case_condition,
@@ -144,16 +146,8 @@ rule hold_girdle:
     benchmark:
         "results/benchmarks/hold_girdle/{variant}_{participant}_{condition}.jsonl"
     params:
+        **PREDICTION,
         code=code_of("hold_girdle"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="prediction/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
-        weights=lookup(within=config, dpath="weights/prediction"),
-        pause_s=lookup(within=config, dpath="composite/pause_s"),
-        guidance=lookup(within=config, dpath="prediction/guidance"),
-        capacity_steps=lookup(within=config, dpath="prediction/capacity_steps"),
-        condition=condition_of,
         problem=lambda wildcards: dict(VARIANTS[wildcards.variant].problem),
         shares=lookup(within=config, dpath="variants/held/shares"),
     threads: 1

@@ -19,11 +19,8 @@ rule solve_tracking:
         "results/benchmarks/solve_tracking/{participant}_{trial}_{formulation}.jsonl"
     priority: 2
     params:
+        **SOLVER,
         code=code_of("solve_tracking"),
-        time_step_s=lookup(within=config, dpath="solve/time_step_s"),
-        tolerance=lookup(within=config, dpath="solve/tolerance"),
-        max_iterations=lookup(within=config, dpath="solve/max_iterations"),
-        hessian=lookup(within=config, dpath="solve/hessian"),
         weights=lookup(within=config, dpath="weights/tracking"),
     threads: 1
     resources:

@@ -132,10 +132,8 @@ rule compare_predictions:
     benchmark:
         "results/benchmarks/compare_predictions.jsonl"
     params:
+        **FIT_REGION,
         code=code_of("compare_predictions"),
-        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
-        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
-        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
     threads: 1
     message:
         "Predictions against recordings and against the published ones"
@@ -204,10 +202,8 @@ rule tabulate_tried:
     benchmark:
         "results/benchmarks/tabulate_tried.jsonl"
     params:
+        **FIT_REGION,
         code=code_of("tabulate_tried"),
-        margin_deg=lookup(within=config, dpath="geometry/margin_deg"),
-        scapula_turn_deg=lookup(within=config, dpath="geometry/scapula_turn_deg"),
-        girdle_turn_deg=lookup(within=config, dpath="geometry/girdle_turn_deg"),
     threads: 1
     message:
         "Variants against the recordings of all participants"

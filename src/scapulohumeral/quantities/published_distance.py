@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES, PUBLISHED_RISES
-from scapulohumeral.quantities.rhythm import phase_rhythm, range_rhythm
+from scapulohumeral.quantities.rhythm import first_at, phase_rhythm, range_rhythm
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
@@ -95,8 +95,7 @@ def at_level(angles: np.ndarray, column: int, level: float) -> float:
     if not elevation.min() <= level <= elevation[-1]:
         return float("nan")
     start = int(np.argmin(elevation))
-    rise = np.maximum.accumulate(elevation[start:])
-    return float(np.interp(level, rise, angles[start : len(elevation), column]))
+    return first_at(elevation[start:], angles[start : len(elevation), column], level)
 
 
 def _rhythms(

@@ -32,6 +32,8 @@ SHARED = "shared"
 # The rise begins at the last node this close to the lowest elevation [deg]: while the arm waits,
 # the scapula may move, and that is no part of the elevation.
 START_TOLERANCE_DEG = 0.1
+# An arm this far from an elevation is not at it [deg].
+NEAR_DEG = 2.0
 # Over a smaller change of upward rotation the ratio says nothing [deg].
 SMALLEST_UPWARD_ROTATION_DEG = 0.5
 
@@ -166,6 +168,26 @@ def rising_part(elevation_deg: np.ndarray) -> slice:
     return slice(start, peak + 1)
 
 
+def first_at(elevation_deg: np.ndarray, values: np.ndarray, level_deg: float) -> float:
+    """Value where the rising arm first reaches an elevation, of the nodes (N,) of a rise.
+
+    The level is one that the arm reaches; the first value, if it is no lower from the start.
+    """
+    after = int(np.argmax(elevation_deg >= level_deg))
+    if after == 0:
+        return float(values[0])
+    before = after - 1
+    share = (level_deg - elevation_deg[before]) / (elevation_deg[after] - elevation_deg[before])
+    return float(values[before] + share * (values[after] - values[before]))
+
+
+def node_near(elevation_deg: np.ndarray, level_deg: float) -> int | None:
+    """Node of the rise nearest to an elevation, of elevations (N,); None if none is at it."""
+    rise = rising_part(elevation_deg)
+    node = rise.start + int(np.argmin(np.abs(elevation_deg[rise] - level_deg)))
+    return node if abs(elevation_deg[node] - level_deg) <= NEAR_DEG else None
+
+
 def _phase(
     name: str, elevation: np.ndarray, upward: np.ndarray, bounds: tuple[float, float]
 ) -> PhaseRhythm:
@@ -180,17 +202,8 @@ def _phase(
     if last < upper:
         notes.append(f"ends at the peak of {last:.1f} deg")
     delta_th = last - first
-    delta_ts = _upward_at(elevation, upward, last) - _upward_at(elevation, upward, first)
+    delta_ts = first_at(elevation, upward, last) - first_at(elevation, upward, first)
     shr = (delta_th - delta_ts) / delta_ts if delta_ts >= SMALLEST_UPWARD_ROTATION_DEG else np.nan
     if np.isnan(shr):
         notes.append(f"upward rotation changes by {delta_ts:.1f} deg: no ratio")
     return PhaseRhythm("", name, first, last, shr, delta_th, delta_ts, "; ".join(notes))
-
-
-def _upward_at(elevation: np.ndarray, upward: np.ndarray, level: float) -> float:
-    """Upward rotation where the elevation first reaches a level between its ends."""
-    after = int(np.argmax(elevation >= level))
-    if after == 0:
-        return float(upward[0])
-    share = (level - elevation[after - 1]) / (elevation[after] - elevation[after - 1])
-    return float(upward[after - 1] + share * (upward[after] - upward[after - 1]))

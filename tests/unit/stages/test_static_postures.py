@@ -17,6 +17,7 @@ from scapulohumeral.model.constants import Glenoid
 from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.problems.static_posture import StaticSolution
+from scapulohumeral.quantities.rhythm import NEAR_DEG
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 from scapulohumeral.stages.checks import static_postures as stage
 
@@ -40,10 +41,10 @@ def test_poses_are_those_at_fixed_elevations_of_the_rise():
     assert len(taken) >= 3
     for level, pose in taken:
         angles = thorax_angles(pose[None])[0]
-        assert angles[ELEVATION_COLUMN] == pytest.approx(level, abs=stage.NEAR_DEG)
+        assert angles[ELEVATION_COLUMN] == pytest.approx(level, abs=NEAR_DEG)
         assert (pose[[0, 4, 8]] >= 0).all()
     peak = thorax_angles(poses)[:, ELEVATION_COLUMN].max()
-    assert max(level for level, _ in taken) <= peak + stage.NEAR_DEG
+    assert max(level for level, _ in taken) <= peak + NEAR_DEG
 
 
 def found(activation, reaction=(100.0, 0.0, 0.0)) -> StaticSolution:

@@ -18,7 +18,7 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
 from scapulohumeral.quantities.moment_arms import movement_arms
-from scapulohumeral.quantities.rhythm import rising_part
+from scapulohumeral.quantities.rhythm import node_near
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
 from scapulohumeral.report.study import Study
@@ -26,8 +26,6 @@ from scapulohumeral.report.tables import Table
 
 MM = 1e3
 CLAIMS = ("positive", "negative", "largest", "smallest")
-# A recorded arm this far from an elevation does not reach it [deg].
-NEAR_DEG = 2.0
 
 
 @dataclass(frozen=True)
@@ -100,10 +98,9 @@ def _arms(
         return
     elements = _elements(forces, claim)
     elevation = thorax_angles(pose)[:, ELEVATION_COLUMN]
-    rise = rising_part(elevation)
     for level in map(float, claim["levels_deg"].split()):
-        node = rise.start + int(np.argmin(np.abs(elevation[rise] - level)))
-        if abs(elevation[node] - level) <= NEAR_DEG:
+        node = node_near(elevation, level)
+        if node is not None:
             arms = MM * movement_arms(forces, pose[[node]])[claim["movement"]][0]
             place = f"{participant} {plane} {level:g} deg"
             yield _judged(place, arms, elements, claim["claim"], forces.geometry.names)

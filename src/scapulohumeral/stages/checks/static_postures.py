@@ -30,14 +30,13 @@ from scapulohumeral.quantities.joint_loading import glenohumeral_load
 from scapulohumeral.quantities.muscle_groups import most_changed
 from scapulohumeral.quantities.population import POSTERIOR_TILT, UPWARD_ROTATION
 from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
-from scapulohumeral.quantities.rhythm import rising_part
+from scapulohumeral.quantities.rhythm import node_near
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
 from scapulohumeral.stages.calibration import calibrated_muscles
 from scapulohumeral.stages.tracking import held_load
 
 # Elevations at which postures are taken, as far as the arm goes [deg].
 LEVELS_DEG = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
-NEAR_DEG = 2.0
 # Weight on the recorded clavicle and scapula: that of tracking. They stay within a degree or two.
 HELD = (200.0,)
 ANGLES = ("upward_rotation", "tilt", "clavicle_elevation")
@@ -97,10 +96,9 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
 def _recorded(poses: Array) -> Iterator[tuple[float, Array]]:
     """Recorded poses at fixed elevations of the rise; signs of quaternions as solvers want them."""
     elevation = thorax_angles(poses)[:, ELEVATION_COLUMN]
-    rise = rising_part(elevation)
     for level in LEVELS_DEG:
-        node = rise.start + int(np.argmin(np.abs(elevation[rise] - level)))
-        if abs(elevation[node] - level) <= NEAR_DEG:
+        node = node_near(elevation, level)
+        if node is not None:
             yield level, positive_pose(poses[node])
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from scapulohumeral.documents import read_json
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.accuracy import channel_gain
@@ -51,6 +52,7 @@ from scapulohumeral.stages.tracking import held_load, tracking_failure
 SCHEMA = "calibration/1"
 CONVERGED, NOT_CONVERGED, FAILED = "converged", "not converged", "failed"
 KINDS = ("force", "fibre")
+CALIBRATE_AGAIN = "Calibrate again."
 INTERVAL = 0.9
 
 
@@ -188,7 +190,7 @@ def describe(
 
 def calibration_failure(path: Path) -> str:
     """Why a calibration is no result, and what to do; empty if it is one."""
-    return failure_of(json.loads(path.read_text(encoding="utf-8")))
+    return failure_of(read_json(path, CALIBRATE_AGAIN))
 
 
 def failure_of(document: Mapping[str, Any]) -> str:
@@ -211,11 +213,17 @@ def read_scalers(path: Path, scalers: Scalers) -> np.ndarray:
     Raises
     ------
     SolveError                       a calibration that failed: its values are no result
+    DataError                        no such file, no JSON, or a scaler that is missing
     """
-    document = json.loads(path.read_text(encoding="utf-8"))
+    document = read_json(path, CALIBRATE_AGAIN)
     if failure := failure_of(document):
         raise SolveError(f"{path}: {failure}. Its scalers are no result")
-    groups = document["groups"]
+    groups = document.get("groups", {})
+    missing = [
+        f"{n} {kind}" for n in scalers.names for kind in KINDS if kind not in groups.get(n, {})
+    ]
+    if missing:
+        raise DataError(f"{path}, groups: no {', '.join(missing)}. {CALIBRATE_AGAIN}")
     return np.array([[groups[name][kind]["value"] for name in scalers.names] for kind in KINDS])
 
 
@@ -226,9 +234,9 @@ def read_covariance(path: Path) -> np.ndarray:
     ------
     DataError                        a calibration that was written without it
     """
-    document = json.loads(path.read_text(encoding="utf-8"))
+    document = read_json(path, CALIBRATE_AGAIN)
     if "covariance" not in document:
-        raise DataError(f"{path}: no key covariance; calibrate again")
+        raise DataError(f"{path}: no key covariance. {CALIBRATE_AGAIN}")
     return np.array(document["covariance"])
 
 

@@ -17,7 +17,7 @@ from synthetic_study import PARTICIPANTS
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.envelope import Envelopes, write_envelopes
-from scapulohumeral.errors import ConfigError, SolveError, StoppedError
+from scapulohumeral.errors import ConfigError, DataError, SolveError, StoppedError
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.ocp.solving.solver import Start
@@ -277,3 +277,16 @@ def test_calibration_that_did_not_converge_is_no_result(tmp_path):
         calibrated_muscles(record, TABLE, path)
     path.write_text(json.dumps(document | {"status": "converged"}), encoding="utf-8")
     assert (read_scalers(path, muscle_groups(record, CHANNELS)) == 1.1).all()
+
+
+def test_scalers_that_cannot_be_read_name_their_file(tmp_path):
+    record = muscle_record()
+    path = tmp_path / "par2_scalers.json"
+    path.write_text('{"groups": {"serratus"', encoding="utf-8")
+    with pytest.raises(DataError, match="par2_scalers.json: cannot be read as JSON"):
+        calibrated_muscles(record, TABLE, path)
+    groups = {name: {"force": entry(1.1, 0.1)} for name in CHANNELS.groups}
+    path.write_text(json.dumps({"groups": groups}), encoding="utf-8")
+    missing = f"par2_scalers.json, groups: no {CHANNELS.groups[0]} fibre"
+    with pytest.raises(DataError, match=missing):
+        calibrated_muscles(record, TABLE, path)

@@ -322,7 +322,7 @@ class Prediction(Section):
 
 
 @dataclass(frozen=True)
-class Variant(Section):
+class VariantChoices(Section):
     """Choices of one variant."""
 
     model: Annotated[dict[str, str], key("Keys of section model with other words [no unit].")]
@@ -379,7 +379,7 @@ class Variants(Section):
     """Variants of model and problem beside the study's own."""
 
     named: Annotated[
-        dict[ConditionName, Variant],
+        dict[ConditionName, VariantChoices],
         key("Choices that differ from the study's own, by name of the variant [no unit]."),
     ]
     predict: Annotated[

@@ -105,7 +105,10 @@ class FibreLengthDerivatives:
 
 
 def force_length(x: np.ndarray, c: HillConstants) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gaussian active force-length factor of normalised fibre length and two derivatives."""
+    """Gaussian active force-length factor of normalised fibre lengths, and two derivatives.
+
+    Source: supplement of the paper, active force-length relation. Shapes are those of `x`.
+    """
     d = x - 1.0
     f = np.exp(-(d**2) / c.gaussian_width)
     f1 = -2.0 * d / c.gaussian_width * f
@@ -114,7 +117,11 @@ def force_length(x: np.ndarray, c: HillConstants) -> tuple[np.ndarray, np.ndarra
 
 
 def passive_force_length(x: np.ndarray, c: HillConstants) -> tuple[np.ndarray, ...]:
-    """Exponential passive factor of normalised fibre length and two derivatives."""
+    """Exponential passive factor of normalised fibre lengths, and two derivatives.
+
+    Source: supplement of the paper, passive force-length relation; below zero for fibres shorter
+    than optimal, as there. Shapes are those of `x`.
+    """
     rate = c.passive_stiffness / c.passive_strain
     scale = 1.0 / np.expm1(c.passive_stiffness)
     e = np.exp(rate * (x - 1.0))
@@ -125,6 +132,7 @@ def force_velocity(v: np.ndarray, c: HillConstants) -> tuple[np.ndarray, np.ndar
     """Logarithmic force-velocity factor (De Groote et al. 2016) and two derivatives.
 
     ``v`` is lengthening velocity over maximal shortening velocity: negative when shortening.
+    Shapes are those of ``v``.
     """
     s = c.d2 * v + c.d3
     root = np.sqrt(s**2 + 1.0)

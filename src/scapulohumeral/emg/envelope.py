@@ -149,7 +149,12 @@ def scaled_envelopes(
 
 
 def band_passed(recording: Recording, settings: EnvelopeSettings) -> Array:
-    """Raw EMG without offset, movement artefacts and noise outside its band: (T, C) volts."""
+    """Raw EMG without offset, movement artefacts and noise outside its band: (T, C) volts.
+
+    Raises
+    ------
+    DataError                        sampled too slowly for the band
+    """
     highest = settings.band_high_hz
     if recording.rate_hz <= 2.0 * highest:
         raise DataError(

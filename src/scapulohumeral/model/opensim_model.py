@@ -244,6 +244,10 @@ def scale_model(model: opensim.Model, participant: Participant) -> None:
     ----------
     model : opensim.Model            as from `build_model`
     participant : Participant
+
+    Raises
+    ------
+    ModelError                       OpenSim refuses the scale factors
     """
     scales = opensim.ScaleSet()
     for segment, factors in participant.scale.items():

@@ -72,6 +72,10 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     ----------
     published : (268, 13) of :func:`published_pose`
     recorded : poses (T, 13) of the recorded elevations by plane
+
+    Raises
+    ------
+    DataError                        a plane of the published motion was not recorded
     """
     elevation = _elevation(published)
     nodes, girdle = [], []

@@ -62,7 +62,7 @@ class Layout:
         }
 
     def index(self, kind: str, variable: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Indices in the free vector, variable by node."""
+        """Indices (V, N) in the free vector of variables (V,) at nodes (N,)."""
         return self.rows[kind][variable][..., None] * self.nodes + node
 
     @property
@@ -71,7 +71,7 @@ class Layout:
         return self.trajectory_size + self.scalers
 
     def split(self, free: np.ndarray) -> Trajectory:
-        """Trajectories of a free vector."""
+        """Trajectories of a free vector (n,), in the units of :class:`Trajectory`."""
         table = free[: self.trajectory_size].reshape(-1, self.nodes)
         nq = self.coordinates
         x = table[self.rows["x"]].T
@@ -85,7 +85,7 @@ class Layout:
         )
 
     def join(self, x: Trajectory) -> np.ndarray:
-        """Free vector of trajectories: the inverse of :meth:`split`."""
+        """Free vector (n,) of trajectories: the inverse of :meth:`split`."""
         free = np.empty(self.size)
         table = free[: self.trajectory_size].reshape(-1, self.nodes)
         table[self.rows["x"]] = np.hstack([x.q, x.u]).T
@@ -96,6 +96,6 @@ class Layout:
         return free
 
     def join_gradient(self, slope: Trajectory) -> np.ndarray:
-        """Derivatives by the free vector, of those by each kind of variable (reaction: 1/N)."""
+        """Derivatives (n,) by the free vector, of those by each kind of unknown (reaction: 1/N)."""
         unit = self.reaction_unit_N
         return self.join(replace(slope, reaction=unit**2 * slope.reaction))

@@ -204,7 +204,12 @@ class Objective:
         return self.weights.emg * self._quadrature * self.emg.activity
 
     def excitation_coupling(self, muscles: int) -> np.ndarray:
-        """Node blocks (M, M) of the Hessian in the excitations of M muscles, up to a factor."""
+        """Node blocks (M, M) of the Hessian in the excitations of M muscles, up to a factor.
+
+        Raises
+        ------
+        ConfigError                  EMG of a model with other muscles
+        """
         if self.emg is None or self.weights.emg == 0:
             return np.zeros((muscles, muscles))
         if self.emg.channels.shape[1] != muscles:

@@ -30,7 +30,10 @@ HESSIANS = (*CURVED, "gauss-newton", "limited-memory")
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Bounds of the unknowns.
+    """Bounds of the unknowns: wide enough that a solution reaches only those that it is meant to.
+
+    Activations end where muscles do, compression and coordinates where a variant says. The others
+    are beyond what an arm does in these tasks, and keep a failing solve where the model has numbers.
 
     Attributes
     ----------
@@ -209,7 +212,7 @@ class Problem(OptyProblem):
         return self.progress(dict(zip(names, args, strict=True)))
 
     def trajectory(self, free: np.ndarray) -> Trajectory:
-        """Trajectories of a free vector."""
+        """Trajectories of a free vector (n,)."""
         return self.layout.split(free)
 
 

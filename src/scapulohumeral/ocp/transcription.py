@@ -112,7 +112,7 @@ class Collocation:
         return np.hstack([kinematic, dynamic / self._row_units, activation]).T.ravel()
 
     def jacobian(self, free: np.ndarray) -> np.ndarray:
-        """Non-zero values in the order of :attr:`jacobian_structure`."""
+        """Non-zero values (Z,) at a free vector (n,), in order of :attr:`jacobian_structure`."""
         x = self.layout.split(free)
         mid, z = self._midpoint(x)
         nq, h = self.layout.coordinates, self.step
@@ -186,7 +186,7 @@ class Collocation:
         return d_x, d_a, np.einsum("nkpm,pgm->nkpg", d_p, self.scalers.gradient(self.muscles))
 
     def curvature(self, free: np.ndarray, multipliers: np.ndarray) -> Curvature:
-        """Second derivatives of multipliers . constraints per interval."""
+        """Second derivatives of multipliers (m,) times constraints per interval, at (n,)."""
         x = self.layout.split(free)
         mid, z = self._midpoint(x)
         nq = self.layout.coordinates

@@ -47,7 +47,8 @@ class SolveSettings:
     ----------
     time_step_s : mesh interval
     tolerance, max_iterations, hessian : see :class:`SolverSettings`
-    weights : keys of one problem under ``weights`` in the configuration
+    weights : keys of one problem under ``weights`` in the configuration: weights of terms, and what
+        these are counted in: ``clavicle_point_m``, ``strength_exponent``, ``activation_power``
     """
 
     time_step_s: float

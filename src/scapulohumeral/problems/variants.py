@@ -62,6 +62,10 @@ def ladder(named: Mapping[str, Variant], settings: Mapping[str, Any]) -> dict[st
     first step needs no rung of its own alone. Each rung starts from the one that it differs from by
     one step, so that a step leads to another optimum only if it does so from there, and not because
     the start was another.
+
+    Raises
+    ------
+    ConfigError                      a start that is no variant, or ``alone`` of no step
     """
     start = settings["start"]
     if start not in named:

@@ -15,6 +15,10 @@ def group_force(force: np.ndarray, groups: np.ndarray) -> dict[str, np.ndarray]:
 
     Elements of one group pull along different lines: the sum measures effort, not a resultant.
     Groups come in the order of their first element.
+
+    Raises
+    ------
+    ModelError                       not one name for each muscle
     """
     if groups.shape != (force.shape[1],):
         raise ModelError(

@@ -98,6 +98,10 @@ def prior_ellipsoid(record: ModelRecord) -> tuple[Array, Array]:
     """Centre (3,) and radii (3,) [m] of the ellipsoid over which serratus anterior wraps.
 
     As scaled: what is flattened for the paths of muscles is no measure of the thorax.
+
+    Raises
+    ------
+    ModelError                       the model has no such surface
     """
     for surface in record.wrap_objects:
         if surface.name == PRIOR_SURFACE:

@@ -41,6 +41,11 @@ def solve_tracking(
     """Track one recorded trial; write the solution and its summary.
 
     A solve that fails is written too, sealed by its status.
+
+    Raises
+    ------
+    DataError, ConfigError           files of the participant that cannot be used
+    SolveError                       no start: the muscles cannot hold the recorded motion
     """
     recording = read_trial(files, trial)
     posed = pose_tracking(recording, files, settings)

@@ -120,6 +120,10 @@ def summarise_validation(
     Parameters
     ----------
     solutions : of both kinds of muscles, each with the envelope of its trial beside it
+
+    Raises
+    ------
+    DataError                        a solution of other muscles
     """
     parts = []
     for solution, envelope in zip(solutions, envelopes, strict=True):

@@ -33,7 +33,7 @@ class Bounds:
     """Bounds of the unknowns: wide enough that a solution reaches only those that it is meant to.
 
     Activations end where muscles do, compression and coordinates where a variant says. The others
-    are beyond what an arm does in these tasks, and keep a failing solve where the model has numbers.
+    are beyond what an arm does in these tasks: they keep a failing solve where there are numbers.
 
     Attributes
     ----------

@@ -100,16 +100,28 @@ def score_card(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         own = [case for case in cases if case.key["plant"] == plant]
         modes = sorted({case.mode for case in own})
         persons = sorted({case.person for case in own})
-        plants[plant] = {
-            "all": group_scores(own),
-            **{mode: group_scores([c for c in own if c.mode == mode]) for mode in modes},
-            **{f"who {p}": group_scores([c for c in own if c.person == p]) for p in persons},
-        }
+        groups = {"all": own}
+        groups |= {mode: [c for c in own if c.mode == mode] for mode in modes}
+        groups |= {f"who {p}": [c for c in own if c.person == p] for p in persons}
+        # One for all groups: whether a case is rejected does not depend on the column it stands in.
+        limit = rejection_threshold(own)
+        plants[plant] = {name: group_scores(group, limit) for name, group in groups.items()}
     return {"rules": REGISTERED, "plants": plants, "cases": [_line(case) for case in cases]}
 
 
-def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
-    """All metrics of a group of cases."""
+def rejection_threshold(cases: Sequence[ScoredCase]) -> float:
+    """Probability of "none" above which a cause counts as unknown: few single effects have it."""
+    known = [none_p(case) for case in cases if case.status == "single"]
+    return float(np.quantile(known, 1.0 - FALSE_REJECTION)) if known else 1.0
+
+
+def group_scores(cases: Sequence[ScoredCase], threshold: float | None = None) -> dict[str, Any]:
+    """All metrics of a group of cases.
+
+    `threshold` is that of :func:`rejection_threshold` of all cases; None where these are all.
+    """
+    if threshold is None:
+        threshold = rejection_threshold(cases)
     by = {s: [c for c in cases if c.status == s] for s in STATUSES}
     single = by["single"]
     return {
@@ -121,7 +133,7 @@ def group_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
         "calibration": _calibration(cases, lambda case: case.right),
         "cause_calibration": _calibration(cases, lambda case: case.cause),
         "sure_and_wrong": rate(_sure_and_wrong(cases)),
-        "unknown": _unknown_scores(by["unknown"], single),
+        "unknown": _unknown_scores(by["unknown"], single, threshold),
         "pairs": _pair_scores(by["pair"]),
         "moved": _moved_scores(by["moved"]),
         "abstention": rate([case.verdict is None for case in cases]),
@@ -189,10 +201,11 @@ def _sure_and_wrong(cases: Sequence[ScoredCase]) -> list[bool]:
     return found
 
 
-def _unknown_scores(unknown: Sequence[ScoredCase], known: Sequence[ScoredCase]) -> dict[str, Any]:
+def _unknown_scores(
+    unknown: Sequence[ScoredCase], known: Sequence[ScoredCase], threshold: float
+) -> dict[str, Any]:
     high = [none_p(case) for case in unknown]
     low = [none_p(case) for case in known]
-    threshold = float(np.quantile(low, 1.0 - FALSE_REJECTION)) if low else 1.0
     distance = {
         name: rate([none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
         for name in ("far", "near")

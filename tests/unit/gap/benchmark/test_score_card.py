@@ -15,7 +15,7 @@ from scapulohumeral.gap.benchmark.metrics import (
     rate,
 )
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
-from scapulohumeral.gap.benchmark.score_card import group_scores, score_card
+from scapulohumeral.gap.benchmark.score_card import group_scores, rejection_threshold, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, matches
 from scapulohumeral.gap.left_over import LeftOver, left_in_words
@@ -196,6 +196,15 @@ def test_unknowns_are_told_from_knowns_by_none() -> None:
     assert scores["auroc"] == pytest.approx(0.5)
     assert scores["rejected"]["far"]["value"] == 1.0
     assert scores["rejected"]["near"]["value"] == 0.0
+
+
+def test_a_case_is_rejected_in_every_column_or_in_none() -> None:
+    known = [case(key(TEAR), answer({TEAR: 0.3}, none_p=0.7)) for _ in range(5)]
+    far = case(key("unknown/far/friction"), answer({TEAR: 0.4}, none_p=0.6, no_gap_p=0.0))
+    limit = rejection_threshold([*known, far])
+    alone, together = group_scores([far], limit), group_scores([*known, far])
+    rejected = [scores["unknown"]["rejected"]["far"]["value"] for scores in (alone, together)]
+    assert rejected == [0.0, 0.0]
 
 
 def test_area_under_curve_counts_ties_half() -> None:

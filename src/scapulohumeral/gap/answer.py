@@ -30,8 +30,6 @@ from scapulohumeral.gap.explained import Explained
 from scapulohumeral.gap.isolation.channel_gains import person_change
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.judgement import (
-    NO_POSTURE_TOLD,
-    NOT_TOLD,
     Judged,
     directions_rows,
     hypotheses_rows,
@@ -182,8 +180,7 @@ def _next_trial(found: Findings) -> NextTrial | None:
     """
     judged, settings = found.judged, found.evidence.settings
     first = judged.groups[0] if judged.groups else ()
-    untold = judged.or_posture or judged.undecided in (NOT_TOLD, NO_POSTURE_TOLD)
-    if not found.present or judged.best.label not in first or untold:
+    if not found.present or judged.best.label not in first or judged.untold:
         return None
     return isolability.next_trial(
         judged.likely,
@@ -309,11 +306,11 @@ def _remarks(found: Findings, shown: bool) -> list[str]:
         remarks.append(left_in_words(found.judged.best.label, left))
     if found.present and not found.map.standing_out:
         which = "regions are those above 5 % point by point" if shown else NOT_EVEN_BY_POINTS
-        remarks.append(f"no channel stands out by itself: {which}")
+        remarks.append(f"{_in_one_task(found)}: {which}")
     if found.present and (other_side := in_reference_instead(found.evidence)):
         remarks.append(in_words(other_side))
-    if found.judged.or_posture:
-        remarks.append(NO_POSTURE_TOLD)
+    if found.judged.untold != found.judged.undecided:
+        remarks.append(found.judged.untold)
     if not motion_is_told(found.evidence):
         remarks.append(
             "motion alone: people keep a movement against what acts on the body, which then does "
@@ -329,6 +326,21 @@ def _remarks(found: Findings, shown: bool) -> list[str]:
     if found.judged.explained is not None:
         remarks += _remarks_on_shrinkage(found.judged.explained)
     return remarks
+
+
+def _in_one_task(found: Findings) -> str:
+    """What stands out of the map although the mean over tasks does not."""
+    alone = found.map.in_one_task
+    if alone is None:
+        return "no channel stands out by itself"
+    task, node, channel = alone
+    c, z = found.evidence.cautious, found.map.by_task
+    phase = 100.0 * node / (z.shape[1] - 1)
+    return (
+        f"{c.channels[channel]} stands out in task {c.tasks[task]} alone, by "
+        f"{abs(z[alone]):.1f} standard errors at {phase:.0f} % of the movement, and no channel "
+        "over all tasks together"
+    )
 
 
 def _remarks_on_shrinkage(done: Explained) -> list[str]:

@@ -40,19 +40,12 @@ from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
+# Fewer parts give no interval.
 FEWEST_FOR_INTERVAL = 4
-
-
 RESAMPLES = 500
-
-
 # A gap this close to the floor leaves nothing to reduce.
 REDUCIBLE = 0.05
-
-
 PLACEBOS = 3
-
-
 # Errors of predictions may be as assumed or smaller: by how much of their variance.
 ERROR_PORTIONS = (0.0, 0.03, 0.1, 0.3, 1.0)
 
@@ -387,7 +380,7 @@ def _groups(split: str, parts: Sequence[tuple[Residual, np.ndarray]]) -> list[Gr
             for curves in (
                 [part.curves(part.delta) for part, _ in parts],
                 [part.curves(part.delta - predicted) for part, predicted in parts],
-                [part.repeat_spread for part, _ in parts],
+                [part.spread for part, _ in parts],
             )
         )
         unit = channel_unit(channels[int(chosen[0])])

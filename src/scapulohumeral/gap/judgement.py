@@ -40,8 +40,9 @@ DISAGREEING = 0.01
 TELLING = ("emg", "contact_force")
 NOTHING_HELD_OUT = "no cause can be proven: there is no trial or task to leave out of the fit"
 NOTHING_TO_REMOVE = (
-    "no cause can be proven: over all channels together the gap hardly exceeds the floor, so that "
-    "there is no share to remove, and no task left out of the fit speaks for the cause"
+    "no cause can be proven: over all channels together the gap of what is left out of the fit "
+    "hardly exceeds the floor, so that there is no share to remove, and no task left out speaks "
+    "for the cause"
 )
 BETTER_UNKNOWN = (
     "smooth unknown inputs explain the difference better than any cause known here: what acts may "
@@ -71,6 +72,7 @@ class Judged:
     agreement, by_task : whether all tasks ask for the amplitude of the best, and what they ask for
     explained, left : how far the best shrinks the gap, and what it leaves; None without a gap
     undecided : why no cause is named; empty if one is
+    untold : why motion alone cannot name the first; empty if it can, or there is more
     or_posture : whether the first is named as one of two, itself or a posture held differently
     told : whether data tell what may have been the cause from what may not
     temperature : by which all evidence was divided on the whole
@@ -89,6 +91,7 @@ class Judged:
     explained: Explained | None
     left: LeftOver | None
     undecided: str
+    untold: str
     or_posture: bool
     told: bool
     temperature: float
@@ -125,9 +128,9 @@ def judge(
         left = left_over(best, evidence, inflation, seed)
         untold = _untold(evidence, p)
         gain = _predicted_gain(scores, best.label, case.misfit)
-        against = _unproven(best.label, explained, gain, agreement) or _unknown(
-            evidence, scores, weighing
-        )
+        against = _unproven(
+            best.label, explained, gain, agreement, _may_leave_out(evidence)
+        ) or _unknown(evidence, scores, weighing)
         if against or untold or _is_part(best, left):
             p = p.doubted(best.label, _movements(evidence, p, best.label) if untold else ())
     likely = isolability.likely(fits, p)
@@ -148,6 +151,7 @@ def judge(
         explained=explained,
         left=left,
         undecided=against or ("" if or_posture else untold),
+        untold=untold,
         or_posture=or_posture,
         told=case.heard and not untold,
         temperature=weighing.temperature,
@@ -252,7 +256,18 @@ def _predicted_gain(scores: Mapping[str, Score], label: str, excess: float) -> f
     return 0.0 if own is None or nothing is None else (own - nothing) / excess
 
 
-def _unproven(label: str, explained: Explained | None, gain: float, agreement: float | None) -> str:
+def _may_leave_out(evidence: Evidence) -> bool:
+    """Whether there is a trial or a task that a cause need not be fitted to."""
+    return bool(evidence.folds) or len(evidence.residual.tasks) > 1
+
+
+def _unproven(
+    label: str,
+    explained: Explained | None,
+    gain: float,
+    agreement: float | None,
+    may_leave_out: bool,
+) -> str:
     """Why the first cause is not named, by data that it was not fitted to; empty if it is.
 
     Another movement needs no proof: it may be another one in each trial. Where the gap is in few
@@ -266,8 +281,7 @@ def _unproven(label: str, explained: Explained | None, gain: float, agreement: f
     if removed is None and of_trials is not None:
         removed, where = of_trials.value, "trial"
     if removed is None and gain <= STRONG:
-        without = not explained.left_out and explained.shrinkage.in_sample is not None
-        return NOTHING_HELD_OUT if without else NOTHING_TO_REMOVE
+        return NOTHING_TO_REMOVE if may_leave_out else NOTHING_HELD_OUT
     if removed is not None and removed <= 0.0:
         return (
             f"on a {where} left out of the fit, the most probable cause was seen to remove nothing "

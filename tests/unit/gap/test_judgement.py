@@ -28,6 +28,8 @@ from scapulohumeral.gap.result import Share, Shrinkage
 from scapulohumeral.gap.verdict.posterior import Posterior, Score
 
 pytestmark = pytest.mark.unit
+# Whether there is a trial or a task that a cause need not be fitted to.
+LEFT_OUT = True
 LOAD, FRAME, SKIN = "body/hand_load", "input/frame_misalignment/humerus", "measurement/scapula_sta"
 
 
@@ -86,27 +88,32 @@ def removing(of_task: float | None, trial: float | None = None) -> Explained:
 
 
 def test_a_cause_is_proven_by_what_it_removes_of_the_gap_on_tasks_left_out() -> None:
-    assert _unproven(LOAD, removing(0.4), 0.0, 0.5) == ""
+    assert _unproven(LOAD, removing(0.4), 0.0, 0.5, LEFT_OUT) == ""
     assert "on a task left out of the fit" in _unproven(
-        LOAD, removing(-0.1, 0.4), 9.0 * STRONG, 0.5
+        LOAD, removing(-0.1, 0.4), 9.0 * STRONG, 0.5, LEFT_OUT
     )
-    assert "on a trial left out" in _unproven(LOAD, removing(None, -0.1), 9.0 * STRONG, 0.5)
-    assert "different amplitudes" in _unproven(LOAD, removing(0.4), 0.0, 0.5 * DISAGREEING)
+    assert "on a trial left out" in _unproven(
+        LOAD, removing(None, -0.1), 9.0 * STRONG, 0.5, LEFT_OUT
+    )
+    assert "different amplitudes" in _unproven(
+        LOAD, removing(0.4), 0.0, 0.5 * DISAGREEING, LEFT_OUT
+    )
 
 
 def test_where_a_gap_is_in_few_channels_the_density_of_tasks_left_out_is_the_proof() -> None:
-    assert _unproven(LOAD, removing(None), 0.9 * STRONG, 0.5) == NOTHING_TO_REMOVE
-    assert _unproven(LOAD, removing(None), 1.1 * STRONG, 0.5) == ""
+    assert _unproven(LOAD, removing(None), 0.9 * STRONG, 0.5, LEFT_OUT) == NOTHING_TO_REMOVE
+    assert _unproven(LOAD, removing(None), 1.1 * STRONG, 0.5, LEFT_OUT) == ""
     assert "different amplitudes" in _unproven(
-        LOAD, removing(None), 1.1 * STRONG, 0.5 * DISAGREEING
+        LOAD, removing(None), 1.1 * STRONG, 0.5 * DISAGREEING, LEFT_OUT
     )
 
 
 def test_no_trial_to_leave_out_is_said_only_where_there_is_none() -> None:
     alone = Explained(Shrinkage(Share(0.8, None, 1), None, None, ()), [], [])
-    assert _unproven(LOAD, alone, 0.0, 0.5) == NOTHING_HELD_OUT
+    assert _unproven(LOAD, alone, 0.0, 0.5, not LEFT_OUT) == NOTHING_HELD_OUT
+    assert _unproven(LOAD, alone, 0.0, 0.5, LEFT_OUT) == NOTHING_TO_REMOVE
     no_share = Explained(Shrinkage(None, None, None, ()), [LeftOutRow("lift", 1.0, 0.9)], [])
-    assert _unproven(LOAD, no_share, 0.0, 0.5) == NOTHING_TO_REMOVE
+    assert _unproven(LOAD, no_share, 0.0, 0.5, LEFT_OUT) == NOTHING_TO_REMOVE
 
 
 def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() -> None:
@@ -119,7 +126,7 @@ def test_what_a_cause_adds_on_tasks_left_out_counts_less_where_nothing_fits() ->
 
 def test_another_movement_needs_no_proof() -> None:
     """It may be another one in each trial: then it removes nothing on those left out."""
-    assert _unproven(MOVED, removing(-0.3, -0.1), 0.0, None) == ""
+    assert _unproven(MOVED, removing(-0.3, -0.1), 0.0, None, LEFT_OUT) == ""
 
 
 def test_what_smooth_inputs_explain_better_counts_only_against_a_model() -> None:

@@ -648,6 +648,23 @@ def test_motion_alone_does_not_tell_a_body_from_another_movement(found_by_motion
     assert MOVED in named(done)
 
 
+def test_where_motion_cannot_tell_no_more_of_it_is_asked_for_whatever_else_speaks_against():
+    """Tasks that disagree are the reason there, and motion alone cannot tell even so."""
+    done = diagnosed(effect=RIGHT, emg=False, shares={"high": 2.0, "low": 0.0})
+    assert done.gap.present
+    assert "motion alone cannot tell" not in done.status_reason
+    assert done.next_trial is None
+    assert any("motion alone cannot tell" in warning for warning in done.warnings)
+
+
+def test_a_gap_of_one_task_is_told_though_the_mean_over_tasks_hides_it():
+    done = diagnosed(effect=RIGHT, shares={"high": 0.09, "low": -0.09})
+    assert done.gap.present
+    told = [one for one in done.warnings if "stands out in task" in one]
+    assert len(told) == 1, done.warnings
+    assert "no channel over all tasks together" in told[0]
+
+
 def test_only_people_and_not_simulations_choose_their_movement():
     """What two simulations may differ by is another model, and no other movement."""
     simulations = replace(SETTINGS, of_simulations=True)

@@ -181,10 +181,10 @@ def test_another_movement_is_not_said_to_explain_itself():
 
 
 def test_regions_that_do_not_stand_out_alone_are_explained():
-    [shown], enters = diagnosis().regions.shows, diagnosis().regions.enters
-    for p, told in ((0.2, True), (0.001, False)):
-        regions = Regions((replace(shown, p_value=p),), enters)
-        page = render_report(diagnosis(regions=regions), "")
+    shows = diagnosis().curves["shows"]
+    for threshold, told in ((1e3, True), (1e-3, False)):
+        curves = {**diagnosis().curves, "shows": shows.assign(threshold_sigma=threshold)}
+        page = render_report(diagnosis(curves=curves), "")
         assert ("may show in none of them alone" in page) == told
 
 

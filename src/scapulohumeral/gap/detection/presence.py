@@ -39,6 +39,7 @@ class DifferenceMap:
     null : (draws,) largest z values without any effect, in order
     single : (N, K) what z exceeds without any effect in one of twenty draws, point by point: tasks
         share what sessions change, and few repeats leave heavy tails, so that it is more than 1.96
+    by_task : (T, N, K) z values of single tasks
     """
 
     sigma: np.ndarray
@@ -48,6 +49,7 @@ class DifferenceMap:
     p_value: float
     null: np.ndarray
     single: np.ndarray
+    by_task: np.ndarray
 
     def family_wise_p(self, sigma: float) -> float:
         """How often a map without any effect has a value as large anywhere."""
@@ -57,6 +59,15 @@ class DifferenceMap:
     def standing_out(self) -> bool:
         """Whether any point of the mean over tasks exceeds the threshold of the whole map."""
         return bool(np.abs(self.sigma).max() > self.threshold)
+
+    @property
+    def in_one_task(self) -> tuple[int, int, int] | None:
+        """Task, node and channel of the largest point of a single task beyond the threshold."""
+        size = np.abs(self.by_task)
+        task, node, channel = np.unravel_index(np.argmax(size), size.shape)
+        if size[task, node, channel] <= self.threshold:
+            return None
+        return int(task), int(node), int(channel)
 
 
 @dataclass(frozen=True)
@@ -113,6 +124,7 @@ def difference_map(residual: Residual, alpha: float, inflation: float, seed: int
         p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
         null=np.sort(null),
         single=inflation * np.quantile(np.abs(joint), 1.0 - POINTWISE_ALPHA, axis=0),
+        by_task=residual.curves(residual.delta) / residual.spread,
     )
 
 

@@ -103,6 +103,8 @@ def _heat_map(
     grid = table.pivot(index=key, columns="phase_percent", values=value).loc[names]
     below = table.pivot(index=key, columns="phase_percent", values="below").loc[names]
     phase = grid.columns.to_numpy(float)
+    # A cell about each node, half a step to both sides.
+    half = 0.5 * (phase[-1] - phase[0]) / (len(phase) - 1)
     limit = max(float(np.abs(grid.to_numpy()).max()), np.finfo(float).tiny)
     image = axes.imshow(
         grid.to_numpy(),
@@ -110,14 +112,14 @@ def _heat_map(
         cmap=DIVERGING,
         vmin=-limit,
         vmax=limit,
-        extent=(phase[0], phase[-1], len(names) - 0.5, -0.5),
+        extent=(phase[0] - half, phase[-1] + half, len(names) - 0.5, -0.5),
         interpolation="nearest",
     )
     for i, name in enumerate(names):
-        hidden = below.loc[name].to_numpy(bool)
-        axes.fill_between(
-            phase, i - 0.5, i + 0.5, where=hidden, facecolor="none", edgecolor=GREY,
-            hatch="////", linewidth=0.0,
+        hidden = phase[below.loc[name].to_numpy(bool)]
+        axes.bar(
+            hidden, 1.0, 2.0 * half, i - 0.5, facecolor="none", edgecolor=GREY, hatch="////",
+            linewidth=0.0,
         )  # fmt: skip
         drawing.keep(label, name, phase, grid.loc[name].to_numpy())
     axes.set_yticks(range(len(names)), names)

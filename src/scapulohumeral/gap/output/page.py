@@ -26,8 +26,6 @@ HIDDEN = (
 NOTHING_EXCLUDES = (
     "These trials do not tell causes apart (the most probable answers that together reach 0.9"
 )
-# A region with a larger p value does not stand out by itself.
-ALPHA = 0.05
 # Below this probability of no gap a page says that its "no" says little.
 HARDLY_TOLD = 0.5
 # What each kind of missing data costs, said at the top of the page.
@@ -75,13 +73,19 @@ def render_report(diagnosis: Diagnosis, command: str) -> str:
         shares_told=explained_by_any(diagnosis.candidates),
         # Another movement explains itself, whatever it is.
         moved=MOVED,
-        alone_unclear=any(region.p_value > ALPHA for region in diagnosis.regions.shows),
+        alone_unclear=bool(diagnosis.regions.shows) and not stands_out(diagnosis),
         assumed=assumed(diagnosis),
         pictures=figures(diagnosis),
         words=WORDS,
         command=command,
         curves=sorted(diagnosis.curves),
     )
+
+
+def stands_out(diagnosis: Diagnosis) -> bool:
+    """Whether any channel stands out of the whole map by itself."""
+    shows = diagnosis.curves["shows"]
+    return bool((shows["effect_sigma"].abs() > shows["threshold_sigma"]).any())
 
 
 def write_report(diagnosis: Diagnosis, command: str, out: Path) -> None:

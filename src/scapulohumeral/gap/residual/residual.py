@@ -93,18 +93,11 @@ class Residual:
     @cached_property
     def spread(self) -> np.ndarray:
         """Standard deviations (T, N, K) of the curves without any effect."""
-        return self._deviations(self.covariance)
-
-    @property
-    def repeat_spread(self) -> np.ndarray:
-        """Standard deviations (T, N, K) of the curves that repeats determine."""
-        return self._deviations(self.noise)
-
-    def _deviations(self, covariance: np.ndarray) -> np.ndarray:
         count = len(self.tasks) * len(self.channels)
         size = self.functions.shape[1]
         blocks = [
-            covariance[i * size : (i + 1) * size, i * size : (i + 1) * size] for i in range(count)
+            self.covariance[i * size : (i + 1) * size, i * size : (i + 1) * size]
+            for i in range(count)
         ]
         variance = np.einsum("nb,ibc,nc->in", self.functions, np.array(blocks), self.functions)
         shaped = variance.reshape(len(self.tasks), len(self.channels), -1)

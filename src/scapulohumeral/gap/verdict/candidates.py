@@ -8,7 +8,7 @@ import numpy as np
 
 from scapulohumeral.gap.isolation.channel_gains import freed_of_prior
 from scapulohumeral.gap.isolation.hypothesis import Fit
-from scapulohumeral.gap.labels import JOIN
+from scapulohumeral.gap.labels import JOIN, MOVED
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import (
     Amplitude,
@@ -49,12 +49,15 @@ def amplitudes(fitted: Fit, temperature: float) -> tuple[Amplitude, ...]:
 
 
 def hint(rows: Sequence[Candidate], found: Posterior, enters: Sequence[Entered]) -> str | None:
-    """What none of the known effects resembles most, and where it enters; no verdict."""
+    """What none of the known effects resembles most, and where it enters; no verdict.
+
+    What another movement leaves is not said: it explains itself, whatever it is.
+    """
     if found.none < max(found.labels.values()):
         return None
     near = " and ".join(
         f"{row.label} (leaves {100.0 * row.unexplained_share:.0f} % unexplained)"
-        if explained_by_any(rows)
+        if explained_by_any(rows) and row.label != MOVED
         else row.label
         for row in rows[:PLACES]
     )

@@ -63,14 +63,16 @@ def smallest_detectable(
         looking = [GLR, ON_RECORD] if effect.spoils_motion else [GLR]
         threshold = min(thresholds[name] for name in looking if name in thresholds)
         for i, param in enumerate(effect.params):
-            low, high = param.bounds
-            sign = 1.0 if high > 0.0 else -1.0
-            if not _varies_alone(effect, i, sign):
+            signs = [sign for sign in (1.0, -1.0) if _varies_alone(effect, i, sign)]
+            if not signs:
                 continue
             changes = scatter.answers(one, i, signature_error)
-            internal = sign * scatter.amplitude(one.slope, i, changes, threshold)
-            if low <= internal <= high:
-                value = param.physical(float(internal))
+            size = scatter.amplitude(one.slope, i, changes, threshold)
+            low, high = param.bounds
+            # Bounds may reach further to one side; what shows does so either way.
+            inside = [sign * size for sign in signs if low <= sign * size <= high]
+            if inside:
+                value = param.physical(inside[0])
                 rows.append(Detectable(one.label, param.name, value, param.unit, POWER))
     return tuple(rows)
 

@@ -10,11 +10,23 @@ from scipy.stats import norm
 
 from scapulohumeral.gap.isolation.hypothesis import Fit, Hypothesis
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.labels import MOVED
+from scapulohumeral.gap.labels import JOIN, MOVED
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.result import NextTrial
 from scapulohumeral.gap.verdict.posterior import Posterior, Score
 from scapulohumeral.gap.weighing import Weighing
+
+# Two causes of one class are told apart less surely than this.
+APART = 0.95
+# Candidates below this probability are not compared with each other, nor more than so many.
+NEGLIGIBLE = 0.01
+COMPARED = 10
+# Trials have told a cause from the first whose weighed log evidence is so far behind.
+FAR_BEHIND = 12.0
+# Changes whose whitened length is less are smaller than the noise.
+NOISE = 1.0
+# A further trial is worth its time from this probability of telling two causes apart on.
+WORTHWHILE = 0.7
 
 
 def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error: float) -> float:
@@ -24,24 +36,6 @@ def distance(fitted: Fit, other: Hypothesis, residual: Residual, relative_error:
     remaining = residual.axes.whiten(fitted.predicted - closest.predicted)
     error = fitted.hypothesis.error(fitted.x, residual, relative_error)
     return float(np.sqrt(remaining @ error.solve(remaining)))
-
-
-APART = 0.95
-
-
-# Candidates below this probability are not compared with each other, nor more than so many.
-NEGLIGIBLE = 0.01
-
-
-COMPARED = 10
-
-
-# Trials have told a cause from the first whose weighed log evidence is so far behind.
-FAR_BEHIND = 12.0
-
-
-# Changes whose whitened length is less are smaller than the noise.
-NOISE = 1.0
 
 
 def likely(fits: Sequence[Fit], found: Posterior) -> list[Fit]:
@@ -147,9 +141,17 @@ def next_trial(
     Returns
     -------
     NextTrial | None     with as many further test and reference trials of the task, which halve its
-                         noise but not what sessions change; None if the first stands alone
+                         noise but not what sessions change; None if the first stands alone, or no
+                         task would tell it from the next one. A pair that holds the first is no
+                         other cause: it differs by what else there may be
     """
-    pair = [f for f in fits if f.label in group][:2]
+
+    def parts(fitted: Fit) -> set[str]:
+        return set(fitted.label.split(JOIN))
+
+    own = [f for f in fits if f.label in group]
+    mates = [f for f in own[1:] if not parts(own[0]) <= parts(f)]
+    pair = [*own[:1], *mates[:1]]
     if len(pair) < 2:
         return None
 
@@ -163,4 +165,6 @@ def next_trial(
 
     found = {task: apart(task) for task in residual.tasks}
     best = max(found, key=lambda task: found[task])
+    if found[best] < WORTHWHILE:
+        return None
     return NextTrial(best, tuple(f.label for f in pair), found[best])

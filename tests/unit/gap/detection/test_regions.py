@@ -27,7 +27,8 @@ def found(peak):
     sigma = np.zeros((NODES, len(NAMES)))
     sigma[-4:, 3] = peak
     null = np.sort(np.linspace(1.0, 4.0, 100))
-    return DifferenceMap(sigma, sigma, peak, 3.9, 0.01, null, np.full(sigma.shape, 1.96))
+    single = np.full(sigma.shape, 1.96)
+    return DifferenceMap(sigma, sigma, peak, 3.9, 0.01, null, single, sigma[None])
 
 
 def residual():
@@ -110,3 +111,13 @@ def test_a_pair_with_the_label_does_not_make_it_vague():
     tilt, pair = "input/thorax_tilt", "body/hand_load + input/thorax_tilt"
     assert _level(tilt, [[tilt, pair]]) == "member"
     assert _level(tilt, [[tilt, "body/hand_load"]]) == "side"
+
+
+def test_a_gap_of_one_task_is_told_where_the_mean_over_tasks_hides_it():
+    by_task = np.zeros((2, NODES, len(NAMES)))
+    by_task[1, 5, 3], by_task[0, 5, 3] = 8.0, -7.5
+    thin = found(0.3)
+    hidden = replace(thin, by_task=by_task)
+    assert not hidden.standing_out
+    assert hidden.in_one_task == (1, 5, 3)
+    assert thin.in_one_task is None

@@ -471,6 +471,18 @@ def test_next_trial_is_the_task_in_which_the_signatures_differ():
     assert next_trial(fits, labels[:1], there, 0.1, 1.0) is None
 
 
+def test_no_further_trial_is_asked_for_that_would_hardly_tell():
+    """Not between causes that look alike, nor between a cause and a pair that holds it."""
+    one = hypothesis(DAMPING, 1)
+    there = residual(one.slope @ [0.5])
+    alike = Hypothesis((MASS,), np.zeros(1), np.zeros((SIZE, 1)), one.slope, 1.0)
+    slope = np.column_stack([one.slope, hypothesis(MASS, 2).slope])
+    pair = Hypothesis((DAMPING, MASS), np.zeros(2), np.zeros((SIZE, 2)), slope, 1.0)
+    for other in (alike, pair):
+        fits = [fit(h, there, 0.1) for h in (one, other)]
+        assert next_trial(fits, [f.label for f in fits], there, 0.1, 1.0) is None
+
+
 def test_effects_are_told_apart_as_far_as_evidence_counts():
     """At a temperature of four, like with noise of twice the size."""
     hypotheses = hypothesis(DAMPING, 1, size=0.3), hypothesis(MASS, 2, size=0.3)

@@ -80,7 +80,14 @@ def shown(sigma):
     """A map of these z values whose threshold is 4."""
     null = np.linspace(1.0, 4.0, 100)
     return DifferenceMap(
-        sigma, sigma, float(np.abs(sigma).max()), 4.0, 0.01, null, np.full(sigma.shape, 1.96)
+        sigma,
+        sigma,
+        float(np.abs(sigma).max()),
+        4.0,
+        0.01,
+        null,
+        np.full(sigma.shape, 1.96),
+        sigma[None],
     )
 
 

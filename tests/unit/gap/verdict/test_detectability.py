@@ -97,3 +97,28 @@ def test_silence_tells_where_half_of_the_families_would_have_shown() -> None:
     every = ["body/a/1", "body/a/2", "body/b", "control/c", "input/d"]
     assert silence_tells(every, ["body/a/1", "body/b"])
     assert not silence_tells(every, ["body/a/1", "body/a/2"])
+
+
+def test_an_amplitude_that_only_the_longer_bound_holds_is_promised_to_that_side() -> None:
+    """Bounds of a mass reach further down than up, and what shows does so either way."""
+    rng = np.random.default_rng(3)
+    effect = next(e for e in library(SETUP) if e.label == "body/segment_mass/forearm")
+    [param] = effect.params
+    low, high = param.bounds
+    assert -low > high
+    noise = residual(rng, 1e6)
+    slope = rng.normal(size=(3 * SIZE, 1))
+    slope *= 1.0 / np.linalg.norm(noise.whiten(slope[:, 0]))
+
+    def promised(scale: float) -> list[float]:
+        one = Hypothesis((effect,), np.zeros(1), np.zeros((3 * SIZE, 1)), scale * slope, 1.0)
+        found = smallest_detectable([one], noise, {"glr": 4.0}, 0.0, 1)
+        return [param.internal(row.value) for row in found]
+
+    [needed] = promised(1e2)
+    assert 0.0 < needed < high
+    # Seen less well, the same effect has to be as much larger.
+    between = 0.5 * (high - low)
+    [found] = promised(1e2 * needed / between)
+    assert found == pytest.approx(-between, rel=0.05)
+    assert promised(1e2 * needed / (-2.0 * low)) == []

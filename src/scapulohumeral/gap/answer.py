@@ -239,10 +239,10 @@ def _no_cost(found: Findings) -> Feasibility:
 
 def _tables_of_causes(found: Findings) -> dict[str, pd.DataFrame]:
     evidence, judged = found.evidence, found.judged
-    c, best = evidence.residual, judged.best
+    best = judged.best
     change, error = found.changes[best.label], evidence.settings.signature_error
     return {
-        "overlay": overlay_table(c, change, evidence.referenced),
+        "overlay": overlay_table(evidence.cautious, change, evidence.referenced),
         "signature": signature_table(evidence.cautious, change),
         "isolability": isolability_table(judged.likely, judged.apart),
         "amplitude": amplitude_table(best, judged.by_task, judged.temperature),

@@ -30,8 +30,6 @@ MOVED = "control/movement_strategy"
 LOAD = "body/hand_load"
 # A segment frame turned by as much in all tasks.
 FRAMES = "input/frame_misalignment"
-
-
 # Between the two effects of a pair.
 JOIN = " + "
 # Tests for a gap: shapes of effects on the record, single channels, shapes of all effects.

@@ -25,8 +25,6 @@ from scapulohumeral.gap.labels import JOIN, NO_GAP, NONE
 from scapulohumeral.gap.recording.case import Case
 
 SCHEMA_FILE = "result.schema.json"
-
-
 # Probabilities and shares are sums of many rounded numbers.
 SUM_TOLERANCE = 1e-6
 

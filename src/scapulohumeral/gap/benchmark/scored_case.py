@@ -18,8 +18,6 @@ from scapulohumeral.gap.left_over import said_to_be_left
 LARGE_MULTIPLE = 2.0
 # What the model has wrong is wrong of the reference trials as well.
 OF_THE_MODEL = ("body/thorax_surface",)
-
-
 UNANSWERED = "unanswered"
 # Who was simulated before keys said so.
 YIELDS = "yields"

@@ -164,6 +164,4 @@ class Effect:
 
 
 KINEMATICS = frozenset({"kinematics"})
-
-
 EMG = frozenset({"emg"})

@@ -14,8 +14,6 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.model.rotations import Array
 
 JOINTS = ("SC", "AC", "GH", "EL")
-
-
 ALL = "all"
 # Muscle groups that tears of the cuff take most often (Henseler et al. 2015, PLoS ONE 10(2)
 # e0118158), and large ones together.

@@ -23,15 +23,11 @@ from scapulohumeral.gap.residual.residual import Residual
 
 # Share of the signature error that is spread over all channels, for effects on the record.
 SPREAD_SHARE = 0.3
-
-
 # Errors of what muscles change, in units of the signature error. In simulated persons with another
 # control, channels of EMG that changed much had the shape that the model predicts (cosine 0.94 to
 # 0.99) and sizes off by 0.6 to 2, alike in all tasks; angles had hardly its shape (0 to 0.5).
 # Factor on a channel, of a person in all tasks and of one task by itself:
 COMMON_FACTOR, TASK_FACTOR = 1.7, 0.7
-
-
 # Signature error of effects on the record, which no muscle has to act for, over that of others.
 RECORD_SHARE = 0.5
 

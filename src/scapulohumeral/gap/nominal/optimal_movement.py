@@ -42,56 +42,32 @@ from scapulohumeral.quantities.joint_loading import glenoid_angles, superior_inf
 log = logging.getLogger(__name__)
 
 BARRIER = 1e-5
-
-
 TOLERANCE = 1e-6
-
-
 # Gauss-Newton iterations before exact ones: most movements need few; where the muscles can hardly
 # bear the start, more of them lead to a region from which exact iterations converge.
 HASTY, PATIENT = 25, 80
-
-
 # The same from the solution of a movement without an effect. On two meshes 24 solves took up to 4 %
 # more than the least time; with 12 up to a third, because some then need many exact iterations.
 AGAIN = 18
-
-
 # Exact iterations from a predicted solution: 24 solves of two effects between simulations needed 2
 # to 9, in 0.4 of the time. One that needs many more is not on its way.
 NEARBY = 15
-
-
 NOMINAL = SolverSettings(tolerance=TOLERANCE, barrier_target=BARRIER, gauss_newton_iterations=HASTY)
 SOLVED_AGAIN = replace(NOMINAL, far=True, barrier_start=BARRIER, gauss_newton_iterations=AGAIN)
 PREDICTED = replace(NOMINAL, stays_near=True, max_iterations=NEARBY)
-
-
 # Share of the effort that counts excitations instead of activations, for all muscles: without it
 # the cost of a single muscle's effort could not be varied to both sides of the nominal one.
 EXCITATION_EFFORT = 0.01
-
-
 # What takes longer to set up than to differentiate, and serves all variants of a movement.
 KEPT = ("set_up", "_nominal")
-
-
 # Smoothing of the scapulothoracic contact over that of the study, of tracked movements. Markers
 # place a scapula to some millimetres, and it glides on muscle: on ribs as hard as DAS3's, whether a
 # recorded scapula touches them at all is chance, and a derivative holds for a millimetre.
 CONTACT_WIDTH = 3.0
-
-
 # What predictions track; scapula and clavicle are free.
 PREDICTED_FROM = ("humerus", "elbow")
-
-
 GH_QUATERNION = slice(8, 12)
-
-
 SPEEDS = 10
-
-
 # Rows of the equations that belong to each joint.
 JOINT_ROWS = {"SC": slice(0, 3), "AC": slice(3, 6), "GH": slice(6, 9), "EL": slice(9, 10)}
 

@@ -35,11 +35,7 @@ KINEMATIC_CHANNELS = (
 
 # Of envelopes, unless the participant's are fractions of other maxima.
 EMG_UNIT = "fraction_of_mvc"
-
-
 CONTACT_CHANNELS = ("GHF_x", "GHF_y", "GHF_z")
-
-
 JOINT_QUATERNIONS = (slice(0, 4), slice(4, 8), slice(8, 12))
 
 

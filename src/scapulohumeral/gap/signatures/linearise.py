@@ -43,8 +43,6 @@ from scapulohumeral.ocp.solving.solver import Start
 
 # Differences of smooth functions of order one.
 STEP = 1e-4
-
-
 DOF = 10
 
 

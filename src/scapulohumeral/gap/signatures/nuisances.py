@@ -21,8 +21,6 @@ from scapulohumeral.model.rotations import Array
 
 # Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
 SMOOTH = 4
-
-
 # Standard deviations of smooth functions that together vary by one unit, slow ones the most.
 SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
 

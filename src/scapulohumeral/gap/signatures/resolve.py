@@ -24,8 +24,6 @@ from scapulohumeral.ocp.optimality.sensitivity import Sensitivity, Variant
 from scapulohumeral.ocp.solving.solver import Start
 
 MARGIN = 1e-4
-
-
 # Exact iterations of a solve of a tracked movement from one without the effect: after Gauss-Newton
 # 24 solves of a case with EMG, on two meshes, needed 1 to 6. One that needs many more is not on its
 # way; a predicted one needed 61 without Gauss-Newton.

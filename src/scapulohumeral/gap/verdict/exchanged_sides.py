@@ -42,6 +42,7 @@ def in_reference_instead(evidence: Evidence) -> str:
         return ""
     scores = {f.label: f.log_evidence + np.log(evidence.prior[f.label]) for f in fits}
     best = max(scores, key=scores.__getitem__)
+    # Without their priors, which are below one: a remark about the wrong side misleads.
     nothing = max(evidence.others().values())
     return best if scores[best] > max(*tests, nothing) + CLEARLY else ""
 

@@ -15,8 +15,6 @@ LANDMARKS = (*THORAX, *SCAPULA, *HUMERUS, *OPTIONAL_LANDMARKS)
 METHODS = ("marker", "meskers", "model", "functional")
 _LABEL = {"type": "string", "minLength": 1}
 _LABELS = {"type": "array", "items": _LABEL, "minItems": 1, "uniqueItems": True}
-
-
 MAP_SCHEMA = closed(
     {
         "schema": {"const": "marker_map/1", "description": "schema: marker_map/1"},

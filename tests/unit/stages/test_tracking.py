@@ -50,6 +50,17 @@ def test_the_hand_holds_what_it_held(quaternion_equations, monkeypatch):
     assert len(posed.target.time_s) == 26
 
 
+def test_an_elbow_that_extends_further_than_most_may_be_followed(quaternion_equations, monkeypatch):
+    """The usual end of -0.2 rad would hold it there, and the solve would still be optimal."""
+    monkeypatch.setattr(tracking, "load_model", lambda _: small_model(quaternion_equations))
+    motion = recorded(0.0, 1.0)
+    motion.angles_rad[:, 9] = np.linspace(0.3, -0.45, 61)
+    trial = SimpleNamespace(motion=motion, file=SOURCE, hand_load_kg=0.0)
+    problem = tracking.pose_tracking(trial, SimpleNamespace(), small_settings()).reader
+    elbow = problem.layout.index("x", np.array(12), np.arange(problem.layout.nodes))
+    assert (problem.lower_bound[elbow] < -0.45).all()
+
+
 def test_motions_that_were_not_tracked_are_named():
     motions = [small_tracked("frontal"), small_tracked("sagittal", "failed")]
     assert tracking.tracking_failure(motions) == "tracking of sagittal failed"

@@ -27,6 +27,7 @@ from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.render import clavicle_point, render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.tables import mass_judgement, masses, published_comparison
+from scapulohumeral.report.tracking import figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, spikes
 
 pytestmark = pytest.mark.unit
@@ -274,6 +275,22 @@ def test_humeral_angles_of_the_hanging_arm_are_left_out() -> None:
     angles = thorax_angles(pose)
     assert np.isnan(angles[0, [6, 8]]).all()
     np.testing.assert_allclose(angles[1, [6, 7, 8]], [0.0, np.rad2deg(0.5), 0.0], atol=1e-9)
+
+
+def test_no_peak_of_the_joint_reaction_is_cropped(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Panels share an axis, so a limit that is set by the first would hold for larger ones, too."""
+    drawn = []
+    monkeypatch.setattr(figures.Drawing, "finish", lambda drawing, *_: drawn.append(drawing))
+    first, second = study.trials
+    run = second.runs["quaternion"]
+    stronger = replace(run.solution, reaction_N=5.0 * run.solution.reaction_N)
+    heavy = replace(second, runs={"quaternion": replace(run, solution=stronger)})
+    figures.reaction_figure([first, heavy])
+    bottom, top = drawn[0].axes.flat[0].get_ylim()
+    assert bottom == 0.0
+    assert top > np.linalg.norm(stronger.reaction_N, axis=1).max()
 
 
 def test_branch_is_the_one_of_the_reference() -> None:

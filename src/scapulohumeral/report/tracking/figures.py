@@ -253,7 +253,8 @@ def reaction_figure(trials: list[TrialRuns]) -> Picture:
         for run in trial.runs.values():
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
             drawing.curve(axes, run_label(run), run.solution.time_s, force, **run_line(run))
-        axes.set_ylim(bottom=0.0)
+    # A limit of one panel is that of all. Set before all are drawn, it would crop later peaks.
+    drawing.axes.flat[0].set_ylim(bottom=0.0)
     drawing.figure.supxlabel("time [s]")
     drawing.figure.supylabel("reaction [N]")
     drawing.legend({run_label(r): run_line(r) for t in trials for r in t.runs.values()})

@@ -69,6 +69,7 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "solves": prediction_tables.prediction_solves(coordination),
         "starts": prediction_tables.starts(coordination),
         "stability": prediction_tables.stability(coordination),
+        "push": moment_figures.largest_push(coordination.predictions),
         "spread": prediction_tables.spread_table(coordination.spreads),
         "ladder": ladder_content(study),
         "sensitivity": sensitivity_content(study),

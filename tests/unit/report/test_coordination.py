@@ -28,6 +28,7 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
+from scapulohumeral.report.drawing.svg import Drawing
 from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS
 from scapulohumeral.report.prediction.figures import (
@@ -37,6 +38,7 @@ from scapulohumeral.report.prediction.figures import (
 )
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import sweep_figure
+from scapulohumeral.report.prediction.moments import group_force_figure, largest_push
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
 from scapulohumeral.report.prediction.targets import TASKS
 from scapulohumeral.report.published import paper
@@ -509,6 +511,24 @@ def test_band_ends_with_its_statistics() -> None:
 
 def test_no_files_are_no_results() -> None:
     assert not any(vars(CoordinationFiles()).values())
+
+
+def test_elements_that_push_are_drawn_and_said(
+    cases: Cases, coordination: Coordination, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Passive fibres shorter than optimal push: the axis starts below zero and words say so."""
+    drawn = []
+    finish = Drawing.finish
+    monkeypatch.setattr(Drawing, "finish", lambda d, *text: drawn.append(d) or finish(d, *text))
+    force = cases.healthy.solution.muscle_force_N.copy()
+    force[3, -1] = -2.5
+    pushed = replace(cases.healthy, solution=replace(cases.healthy.solution, muscle_force_N=force))
+    others = tuple(p for p in cases.predictions if p.condition.name != "healthy")
+    figure = group_force_figure(replace(cases, predictions=(pushed, *others)))
+    assert "up to 2.5 N" in figure.caption
+    assert min(axes.get_ylim()[0] for axes in drawn[0].axes.flat) < -2.5
+    assert largest_push([pushed, *others]) == (2.5, "par2 healthy, supra_1")
+    assert largest_push(coordination.predictions) is None
 
 
 def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordination) -> None:

@@ -60,6 +60,7 @@ rule render_report:
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
         against_tasks=task_table(),
+        geometry_audit=prediction_table("geometry_audit"),
         targets=["config/targets.yaml"],
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),

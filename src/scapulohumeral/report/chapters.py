@@ -21,6 +21,7 @@ from scapulohumeral.report.prediction import loading as loading_figures
 from scapulohumeral.report.prediction import moments as moment_figures
 from scapulohumeral.report.prediction import tables as prediction_tables
 from scapulohumeral.report.prediction import targets as prediction_targets
+from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
@@ -94,11 +95,21 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         else None,
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
+        "audit": audit_content(study),
         "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),
         "graded": prediction_targets.published_table(
             judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")
         ),
     }
+
+
+def audit_content(study: Study) -> Table | None:
+    """Muscle geometry of predictions against OpenSim, None if nothing was audited."""
+    coordination = study.coordination
+    if coordination.judged is None or coordination.audit.empty:
+        return None
+    limit = coordination.judged.targets["against_recording"]["length_error_mm"]
+    return audit_rows(coordination.audit, limit)
 
 
 def ladder_content(study: Study) -> dict[str, Any] | None:

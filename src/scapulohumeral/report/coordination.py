@@ -49,6 +49,7 @@ class CoordinationFiles:
     spreads : tables of what uncertain scalers do to predictions
     against_recording, against_published : tables of their distances; targets : their limits
     against_tasks : table of distances of predicted daily tasks
+    geometry_audit : table of muscle geometry against OpenSim along predictions
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
@@ -73,6 +74,7 @@ class CoordinationFiles:
     against_recording: Sequence[Path] = ()
     against_published: Sequence[Path] = ()
     against_tasks: Sequence[Path] = ()
+    geometry_audit: Sequence[Path] = ()
     targets: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
@@ -267,6 +269,7 @@ class Coordination:
     tried : variants against the recordings, empty if they were not computed
     recovery : calibrations to arms of other structure, empty if they were not computed
     spreads : what uncertain scalers do to predictions, empty without calibrated predictions
+    audit : muscle geometry against OpenSim along predictions, empty without predictions
     """
 
     channels: Channels | None
@@ -288,6 +291,7 @@ class Coordination:
     recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
     uncalibrated: dict[str, str] = field(default_factory=dict)
     spreads: pd.DataFrame = field(default_factory=pd.DataFrame)
+    audit: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -345,6 +349,7 @@ def read_coordination(
         tried=_read_table(files.tried),
         recovery=_read_table(files.recovery),
         spreads=_read_table(files.spreads),
+        audit=_read_table(files.geometry_audit),
     )
 
 

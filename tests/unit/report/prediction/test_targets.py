@@ -9,6 +9,7 @@ from places import REPOSITORY
 
 from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.against import with_audit
+from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.targets import (
@@ -221,12 +222,28 @@ def test_solves_of_every_variant_need_a_certificate():
     assert not uncertified_solves(limits, pd.DataFrame()).holds
 
 
-def test_poses_outside_the_fit_pass_where_opensim_agrees():
-    limits, table = TARGETS["against_recording"], recording(outside_fit_share=0.4)
+@pytest.mark.parametrize(
+    ("share", "error_mm", "missed"),
+    [(0.0, 2.9, 0), (0.0, 3.1, 1), (0.4, 2.9, 1), (0.0, float("nan"), 0), (0.4, float("nan"), 1)],
+)
+def test_muscle_paths_need_fitted_poses_and_lengths_as_opensim_has_them(share, error_mm, missed):
+    """An error of length counts inside the fitted poses, too, where it was audited."""
+    limits, table = TARGETS["against_recording"], recording(outside_fit_share=share)
     audit = pd.DataFrame({"participant": "par2", "condition": "healthy", "length_max_mm": [2.9]})
-    assert not failed(recording_verdicts(limits, with_audit(table, audit)))
-    wrong = with_audit(table, audit.assign(length_max_mm=3.1))
-    assert len(failed(recording_verdicts(limits, wrong))) == 1
+    audited = with_audit(table, audit.assign(length_max_mm=error_mm))
+    assert len(failed(recording_verdicts(limits, audited))) == missed
+
+
+def test_every_audited_prediction_is_shown_with_its_worst_muscles():
+    row = {"participant": "par3", "condition": "healthy", "poses": 65, "jumps": 2}
+    row |= {"length_muscle": "lat_dorsi_5", "length_max_mm": 9.36, "length_rmse_mm": 1.93}
+    row |= {"arm_muscle": "lat_dorsi_2", "arm_max_mm": 40.0, "arm_rmse_mm": 9.7}
+    good = row | {"condition": "cuff_w2", "length_max_mm": 2.0}
+    gone = {**row, "condition": "cuff_w10", "length_max_mm": None, "arm_max_mm": None}
+    table = audit_rows(pd.DataFrame([row, good, gone]), 3.0)
+    assert table.rows[0][4:] == ("9.4 lat_dorsi_5 (1.9)", "40.0 lat_dorsi_2 (9.7)")
+    assert table.rows[2][4:] == ("no solution", "no solution")
+    assert table.flagged == {0}
 
 
 GOOD_TASK = {

@@ -362,6 +362,7 @@ def _read_judged(files: CoordinationFiles, participants: tuple[str, ...]) -> Jud
         files.against_published[0],
         participants,
         files.against_tasks,
+        files.rhythm,
     )
 
 

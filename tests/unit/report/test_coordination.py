@@ -61,7 +61,7 @@ COMMITTED = {
     "reports/ladder.csv": "choice taken back",
     "reports/static_postures.csv": "serr_ant +",
     "config/literature/moment_arms.csv": "Liu et al. 1997",
-    "config/literature/joint_force.csv": "implants at 90 deg",
+    "config/literature/joint_force.csv": "implants, mean peak",
 }
 # Fields that take them under another name.
 FIELDS = {"static_postures": "postures", "held_girdle": "held"}

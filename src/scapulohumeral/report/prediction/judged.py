@@ -22,6 +22,7 @@ class Judged:
     targets : config/targets.yaml; fixed_in : the commit that last changed it
     recording, published : tables of results/prediction/against_*.csv
     tasks : the same of daily tasks, empty if none was predicted
+    rhythm : table results/prediction/shr.csv
     requested : participants whose predictions the study asks for
     """
 
@@ -31,6 +32,7 @@ class Judged:
     published: pd.DataFrame
     requested: tuple[str, ...]
     tasks: pd.DataFrame = field(default_factory=pd.DataFrame)
+    rhythm: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def has_limits(self) -> bool:
@@ -45,6 +47,7 @@ def read_judged(
     published: Path,
     requested: tuple[str, ...],
     tasks: Sequence[Path] = (),
+    rhythm: Sequence[Path] = (),
 ) -> Judged:
     """Limits and distances from their files."""
     return Judged(
@@ -54,4 +57,5 @@ def read_judged(
         published=pd.read_csv(published),
         requested=requested,
         tasks=pd.concat([pd.DataFrame(), *map(pd.read_csv, tasks)]),
+        rhythm=pd.concat([pd.DataFrame(), *map(pd.read_csv, rhythm)]),
     )

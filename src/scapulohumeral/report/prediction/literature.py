@@ -167,14 +167,16 @@ def joint_forces(
     columns = (
         "participant", "variant", "plane", "arm rises to [deg]", "rest",
         *(f"at {level:g} deg" for level in FORCE_LEVELS_DEG), "largest",
-        "implants at 90 deg", "standard deviations from it",
+        "implants, mean peak", "standard deviations from it at 90 deg",
     )  # fmt: skip
     return Table(columns, rows)
 
 
 def _force_row(row: Mapping[Any, Any], known: pd.DataFrame) -> tuple[str, ...]:
     levels = [row[f"gh_force_{level:g}_bw"] for level in FORCE_LEVELS_DEG]
-    implants = known[(known.plane == row["plane"]) & (known.elevation_deg == FORCE_LEVELS_DEG[-1])]
+    implants = known[
+        (known.plane == row["plane"]) & (known.compared_at_deg == FORCE_LEVELS_DEG[-1])
+    ]
     there, away = "none", ""
     if not implants.empty:
         one = implants.iloc[0]

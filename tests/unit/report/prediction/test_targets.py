@@ -7,11 +7,13 @@ import pytest
 import yaml
 from places import REPOSITORY
 
+from scapulohumeral.quantities import population
 from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.prediction.rhythm_targets import rhythm_verdicts
 from scapulohumeral.report.prediction.targets import (
     PLANES,
     TASKS,
@@ -24,6 +26,7 @@ from scapulohumeral.report.prediction.targets import (
     task_verdicts,
     uncertified_solves,
 )
+from scapulohumeral.report.published import paper
 
 pytestmark = pytest.mark.unit
 
@@ -171,24 +174,44 @@ def test_an_arm_that_never_hangs_is_named_and_does_not_hide_the_others():
     assert next(force_verdicts(limits, table)).value == "no prediction"
 
 
-def test_joint_force_is_judged_at_rest_and_against_implants():
-    limits = TARGETS["joint_force"]
-    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
+def with_forces(**changes: float) -> pd.DataFrame:
+    """Recorded arms of all participants and the published arm of par2, all within their limits."""
+    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0, arm_peak_deg=95.0)
+    table = table.assign(gh_force_90_bw=table.plane.map({"frontal": 80.0, "sagittal": 70.0}))
     high = table[table.participant == "par2"].assign(variant="study_arm", arm="published")
-    # Implants were measured at 90 deg; what the arm above does is judged nowhere.
-    high = high.assign(gh_force_90_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9], gh_force_peak_bw=200.0)
-    both = pd.concat([table, high])
-    assert failed(force_verdicts(limits, both)) == [
-        "glenohumeral force at 90 deg against implants, published arm, frontal plane"
-    ]
-    low = force_verdicts(limits, pd.concat([table, high.assign(gh_force_90_bw=float("nan"))]))
-    assert [(one.value, one.holds) for one in low][1:] == [("arm too low", False)] * 2
-    heavy = both.assign(gh_force_rest_bw=10.1)
-    assert len(failed(force_verdicts(limits, heavy))) == 2
-    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 3
+    # What the arm above 90 deg does is judged nowhere.
+    return pd.concat([table, high.assign(gh_force_peak_bw=200.0)], ignore_index=True).assign(
+        **changes
+    )
 
 
-def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
+def test_joint_force_is_judged_at_rest_and_against_implants():
+    limits, table = TARGETS["joint_force"], with_forces()
+    assert not failed(force_verdicts(limits, table))
+    own = (table.variant == "study") & (table.plane == "frontal")
+    table.loc[own & (table.participant == "par3"), "gh_force_90_bw"] = 85.3 + 27.0
+    (missed,) = (one for one in force_verdicts(limits, table) if not one.holds)
+    assert missed.name == (
+        "glenohumeral force at 90 deg (assumed) against implants, recorded arms, frontal plane"
+    )
+    assert missed.worse == ("par3 112.3 %BW",)
+    (name,) = failed(force_verdicts(limits, with_forces(gh_force_rest_bw=10.1)))
+    assert "at rest" in name
+    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 5
+
+
+def test_arms_that_end_below_the_implants_are_named_and_judged_nowhere():
+    limits, table = TARGETS["joint_force"], with_forces()
+    low = (table.variant == "study") & (table.participant == "par2") & (table.plane == "frontal")
+    table.loc[low, ["gh_force_90_bw", "arm_peak_deg"]] = [float("nan"), 70.6]
+    held = [one for one in force_verdicts(limits, table) if "recorded arms, frontal" in one.name]
+    assert [one.holds for one in held] == [True]
+    assert "par2 ends at 71 deg: arm too low" in held[0].value
+    none = force_verdicts(limits, with_forces(gh_force_90_bw=float("nan")))
+    assert [one.holds for one in none] == [True, False, False, False, False]
+
+
+def test_effect_of_the_cuff_is_stated_at_equal_weight_and_is_no_target():
     rows = [
         {
             "variant": variant, "condition": condition, "quantity": quantity, "plane": "frontal",
@@ -200,12 +223,52 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
             ("cuff_w10", "upward_rotation_fall_equal_weight_deg"),
         )
     ]  # fmt: skip
-    stated = list(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows)))
-    assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
-    assert all(verdict.holds for verdict in stated)
-    assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1
-    one = {**TARGETS["cuff_effect"], "variants": ["published"]}
-    assert len(list(cuff_effects(one, pd.DataFrame(rows)))) == 2
+
+    def stated(rows: list[dict], targets: dict = TARGETS):
+        return cuff_effects(Judged(targets, "", recording(), pd.DataFrame(rows), ("par2",)))
+
+    table = stated(rows)
+    assert [row[2] for row in table.rows] == ["-1.5"] * 4
+    assert not table.flagged
+    assert stated(rows[:3]).flagged == {3}
+    assert stated(rows[:3]).rows[3][2:] == ("no prediction",) * 3
+    one = {**TARGETS, "cuff_effect": {**TARGETS["cuff_effect"], "variants": ["published"]}}
+    assert len(stated(rows, one).rows) == 2
+
+
+def own_rhythm(**changes: float) -> pd.DataFrame:
+    """Rhythm as printed and, over the rise, as of people; `changes` in one plane of par3."""
+    rows = []
+    for participant in ("par1", "par2", "par3"):
+        for condition, printed in (("healthy", "healthy"), ("cuff_w10", "rc_limited")):
+            for plane, phases in paper.RHYTHM[printed].items():
+                for phase, value in phases.items():
+                    mean, sd, _ = population.RHYTHM[plane][phase]
+                    row = {"participant": participant, "condition": condition, "plane": plane}
+                    row |= {"phase": phase, "shr": mean + 0.9 * sd, "shr_range": 1.19 * value}
+                    changed = (participant, plane) == ("par3", "frontal")
+                    rows.append(row | (changes if changed else {}))
+    return pd.DataFrame(rows)
+
+
+def test_own_rhythm_is_judged_by_the_printed_table_and_by_people():
+    limits = TARGETS["own_rhythm"]
+    assert not failed(rhythm_verdicts(limits, own_rhythm()))
+    printed, people = rhythm_verdicts(limits, own_rhythm(shr=float("nan")))
+    assert printed.holds
+    assert people.value == "8 of 9"
+    assert people.worse == ("par3 frontal: no rhythm for 2.10 ± 0.42",)
+    table = own_rhythm()
+    table.loc[table.index[table.participant == "par2"][:7], "shr_range"] *= 1.1
+    printed, people = rhythm_verdicts(limits, table)
+    assert (printed.value, printed.holds, people.holds) == ("17 of 24", False, True)
+
+
+def test_rhythm_of_planes_that_were_not_asked_for_is_missed():
+    limits, table = TARGETS["own_rhythm"], own_rhythm()
+    fewer = list(rhythm_verdicts(limits, table[table.plane != "frontal"]))
+    assert [one.value for one in fewer] == ["16 of 24", "6 of 9"]
+    assert len(failed(fewer)) == len(failed(rhythm_verdicts(limits, pd.DataFrame()))) == 2
 
 
 def test_solves_of_every_variant_need_a_certificate():

@@ -50,27 +50,36 @@ def prediction_verdicts(judged: Judged) -> list[Verdict]:
 
 def recording_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
     """Distances of the healthy predictions of the study's model from recordings and people."""
-    rows = _of(table, variant=limits["variant"], condition=limits["condition"], arm="own")
-    least = {
-        "upward_rotation_rmse_deg": ("ur_rmse_deg", "upward rotation against the recording, RMSE"),
-        "rest_bias_deg": ("ur_bias_rest_deg", "upward rotation at rest against the recording"),
-    }
-    for key, (column, words) in least.items():
-        for participant, limit in limits[key].items():
-            name = f"{participant}, healthy prediction: {words}, worst plane"
-            own = _every(PLANES, _of(rows, participant=participant))
-            yield _at_most(name, own, column, limit, " deg")
-    for participant, limit in limits["in_band_share"].items():
-        own = _every(PLANES, _of(rows, participant=participant))
-        name = f"{participant}, healthy prediction: share of the rise in the healthy band"
-        yield _at_least(name, own, "in_band_share", limit)
     for participant in limits["upward_rotation_rmse_deg"]:
-        own = _every(PLANES, _of(rows, participant=participant))
-        name = f"{participant}, healthy prediction: share outside the fitted muscle paths"
-        yield _outside(name, own, limits)
-        name = f"{participant}, healthy prediction: median moment of the joint stops"
-        limit = limits["stop_moment_median_Nm"]
-        yield _at_most(name, own, "stop_moment_median_Nm", limit, " N m")
+        yield from verdicts_of(participant, limits, table).values()
+
+
+def verdicts_of(
+    participant: str, limits: Mapping[str, Any], table: pd.DataFrame
+) -> dict[str, Verdict]:
+    """The same of one participant, by what each is about in few words."""
+    rows = _of(table, variant=limits["variant"], condition=limits["condition"], arm="own")
+    own = _every(PLANES, _of(rows, participant=participant))
+    name = f"{participant}, healthy prediction: "
+    rmse, bias = limits["upward_rotation_rmse_deg"], limits["rest_bias_deg"]
+    against = {
+        "upward rotation": ("against the recording, RMSE", "ur_rmse_deg", rmse),
+        "upward rotation at rest": ("against the recording", "ur_bias_rest_deg", bias),
+    }
+    found = {
+        about: _at_most(
+            f"{name}{about} {words}, worst plane", own, column, each[participant], " deg"
+        )
+        for about, (words, column, each) in against.items()
+    }
+    band = f"{name}share of the rise in the healthy band"
+    share = limits["in_band_share"][participant]
+    found["healthy band"] = _at_least(band, own, "in_band_share", share)
+    paths = f"{name}share outside the fitted muscle paths"
+    found["muscle paths"] = _outside(paths, own, limits)
+    stops, limit = f"{name}median moment of the joint stops", limits["stop_moment_median_Nm"]
+    found["joint stops"] = _at_most(stops, own, "stop_moment_median_Nm", limit, " N m")
+    return found
 
 
 def task_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
@@ -193,23 +202,28 @@ def uncertified_solves(limits: Mapping[str, Any], table: pd.DataFrame) -> Verdic
 
 
 def participants_table(judged: Judged) -> Table:
-    """Per participant: attempted, solved, and usable, which means that all its limits hold."""
+    """Per participant: attempted, solved, and usable, which means that all its limits hold.
+
+    The note says what is missing, or which limits are missed.
+    """
     limits = judged.targets["against_recording"]
     table = _of(
         judged.recording, variant=limits["variant"], condition=limits["condition"], arm="own"
     )
-    verdicts = list(recording_verdicts(limits, judged.recording))
     rows = []
     for participant in limits["upward_rotation_rmse_deg"]:
         own = _of(table, participant=participant)
-        met = all(v.holds for v in verdicts if v.name.startswith(f"{participant},"))
+        verdicts = verdicts_of(participant, limits, judged.recording)
+        missed = [about for about, verdict in verdicts.items() if not verdict.holds]
         attempted = participant in judged.requested and not own.empty
         optimal = own.status.eq("optimal").all()
         solved = attempted and bool(optimal and own.certified.eq(True).all())
-        usable = solved and met
+        usable = solved and not missed
         words = ["yes" if one else "no" for one in (attempted, solved, usable)]
-        without = "no certificate" if optimal else "no solution"
-        note = "" if solved or not attempted else without
+        note = f"limits missed: {', '.join(missed)}" if missed else ""
+        if not solved:
+            without = "no certificate" if optimal else "no solution"
+            note = without if attempted else ""
         rows.append((participant, *words, note))
     columns = ("participant", "attempted", "solved", "usable", "note")
     flagged = frozenset(k for k, row in enumerate(rows) if row[3] == "no")

@@ -93,6 +93,15 @@ def test_participant_without_solution_fails_and_is_named():
     assert rows["par2"] == ("yes", "no", "no", "no certificate")
 
 
+def test_a_solved_participant_that_is_not_usable_has_its_missed_limits_named():
+    table = recording(ur_bias_rest_deg=-4.1, in_band_share=0.5)
+    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
+    rows = {row[0]: row[1:] for row in participants_table(judged).rows}
+    missed = "limits missed: upward rotation at rest, healthy band"
+    assert rows["par2"] == ("yes", "yes", "no", missed)
+    assert rows["par1"] == ("yes", "yes", "yes", "")
+
+
 def test_limits_are_not_met_by_asking_for_less():
     """A plane or task that was not predicted is a miss in all that "every" one is judged by."""
     limits = TARGETS["against_recording"]

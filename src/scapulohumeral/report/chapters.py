@@ -22,6 +22,7 @@ from scapulohumeral.report.prediction import moments as moment_figures
 from scapulohumeral.report.prediction import tables as prediction_tables
 from scapulohumeral.report.prediction import targets as prediction_targets
 from scapulohumeral.report.prediction.audit import audit_rows
+from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
@@ -97,6 +98,7 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
         "audit": audit_content(study),
+        "girdle": girdle_table(judged.published),
         "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),
         "graded": prediction_targets.published_table(
             judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")

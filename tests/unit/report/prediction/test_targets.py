@@ -12,6 +12,7 @@ from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.daily_tasks import ANGLES
+from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.rhythm_targets import rhythm_verdicts
 from scapulohumeral.report.prediction.targets import (
@@ -387,3 +388,19 @@ def test_other_participants_have_no_limits():
     of_ours = Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann", "par2"))
     assert of_ours.has_limits
     assert not Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann",)).has_limits
+
+
+def test_errors_of_the_girdle_stand_by_elevation_and_an_older_table_leaves_gaps():
+    row = {"participant": "par2", "condition": "cuff_w10", "phase": "elevation"}
+    rows = [
+        row | {"variant": variant, "plane": plane, "quantity": quantity, "reproduced": value}
+        for variant in ("published", "study_arm")
+        for plane in PLANES
+        for quantity, value in (("upward_rotation_rmse_deg", 1.04), ("posterior_tilt_rmse_deg", 8))
+    ]
+    table = girdle_table(pd.DataFrame(rows))
+    assert len(table.rows) == 6
+    assert table.rows[0][:6] == ("published", "cuff_w10", "frontal", "1.0", "", "8.0")
+    older = [one for one in rows if "tilt" not in one["quantity"]]
+    assert girdle_table(pd.DataFrame(older)).rows[0][5] == ""
+    assert not girdle_table(pd.DataFrame(rows).assign(condition="cuff_25")).rows

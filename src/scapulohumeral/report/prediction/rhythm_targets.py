@@ -10,6 +10,7 @@ import pandas as pd
 
 from scapulohumeral.quantities.population import RHYTHM as OF_PEOPLE
 from scapulohumeral.report.published import paper
+from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 
 CELLS = 24
@@ -63,7 +64,7 @@ def _beside_printed(rhythm: pd.DataFrame, participant: str) -> pd.DataFrame:
             "published": paper.RHYTHM[PRINTED[row.condition]].get(row.plane, {}).get(row.phase),
             "reproduced": row.shr_range,
         }
-        for row in rhythm.itertuples()
+        for row in named_rows(rhythm)
         if row.participant == participant and row.condition in PRINTED
     ]
     return pd.DataFrame(rows).dropna(subset="published") if rows else pd.DataFrame()

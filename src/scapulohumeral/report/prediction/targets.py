@@ -171,7 +171,9 @@ def cuff_effects(judged: Judged) -> Table:
 
     Marked: a prediction is missing.
     """
-    limits, rows, flagged = judged.targets["cuff_effect"], [], set()
+    limits = judged.targets["cuff_effect"]
+    rows: list[tuple[str, ...]] = []
+    flagged: set[int] = set()
     for variant in map(ON_PUBLISHED_ARM.__getitem__, limits["variants"]):
         for healthy, cuff in limits["pairs"]:
             kind = "fall_deg" if healthy == "healthy" else "fall_equal_weight_deg"

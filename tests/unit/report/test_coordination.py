@@ -10,7 +10,9 @@ import pytest
 import synthetic_coordination
 import synthetic_study
 
+from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
 from scapulohumeral.report.coordination import (
@@ -484,6 +486,19 @@ def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
     assert scapular is not None
     assert scapular.peak_elevation_deg == pytest.approx(100.5, abs=1.5)
     assert published_plane(cases, "unknown", "frontal") is None
+    assert published_plane(cases, "healthy", "of_another_study") is None
+
+
+def test_published_motion_has_one_rhythm_wherever_it_is_told(cases: Cases) -> None:
+    pose = published_pose(cases.published["healthy"])
+    elsewhere = {
+        (c.plane, c.phase): c.published
+        for c in published_distances(pose, pose, {})
+        if c.quantity == "rhythm_signed"
+    }
+    for (plane, phase), value in elsewhere.items():
+        here = published_plane(cases, "healthy", plane).rhythm[phase].shr
+        assert here == pytest.approx(value, nan_ok=True), (plane, phase)
 
 
 def test_committed_tables_are_shown(html: str, html_of_tables: str) -> None:

@@ -9,8 +9,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.published_arm import (
+    PUBLISHED_PLANES,
+    PUBLISHED_RISES,
+    published_pose,
+)
 from scapulohumeral.quantities.rhythm import SHARED, PhaseRhythm, phase_rhythm, rhythm_by_plane
-from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.coordination_targets import (
     KIND_NAMES,
@@ -18,7 +27,6 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     swept_weights,
 )
-from scapulohumeral.report.prediction.figures import published_angles
 from scapulohumeral.report.published import paper
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, number_or_none, published_comparison
@@ -27,19 +35,17 @@ from scapulohumeral.report.tables import Table, number_or_none, published_compar
 # so many degrees.
 SAME_SHARE = 0.2
 SAME_DEG = 1.0
-# Largest part of an elevation that may be missing at the end of a published motion [s].
-LATEST_END_S = 0.3
 LARGEST_PUBLISHED_NORM_RMSE = 1e-14
 COLUMNS = ("part", "quantity", "published", "reproduced", "difference", "why")
 
 
 @dataclass(frozen=True)
 class PublishedPlane:
-    """One elevation of a published prediction, measured as the reproduced ones are.
+    """One elevation of a published prediction.
 
     Attributes
     ----------
-    rhythm : by phase
+    rhythm : by phase, over the authors' window of the rise
     peak_elevation_deg, peak_upward_rotation_deg : largest values of the motion
     """
 
@@ -64,23 +70,18 @@ def comparison(study: Study, coordination: Coordination) -> Table:
 
 
 def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | None:
-    """One elevation of a published prediction, at the nodes of the reproduced composite motion.
+    """One elevation of a published prediction, at the nodes of the authors' mesh.
 
-    The published table holds twelve frames a second; angles between them are interpolated linearly.
+    Rhythm is told of the window in which the authors measure it, as in the table of quantities on
+    the published arm: before it begins the arm waits, and the scapula may move.
     """
-    about = cases.healthy
-    if about is None or name not in cases.published:
+    if name not in cases.published or plane not in PUBLISHED_RISES:
         return None
-    known, angles = published_angles(cases, cases.published[name])
-    times = about.solution.time_s[about.planes[plane]]
-    if not len(known) or known[0] > times[0] or known[-1] < times[-1] - LATEST_END_S:
-        return None
-    elevation, upward = (
-        np.interp(times, known, angles[:, column])
-        for column in (ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN)
-    )
-    phases = {phase.phase: phase for phase in phase_rhythm(elevation, upward)}
-    return PublishedPlane(phases, float(elevation.max()), float(upward.max()))
+    angles = thorax_angles(published_pose(cases.published[name]))
+    rise, whole = (slice(*limits[plane]) for limits in (PUBLISHED_RISES, PUBLISHED_PLANES))
+    elevation, upward = angles[:, ELEVATION_COLUMN], angles[:, UPWARD_ROTATION_COLUMN]
+    phases = {phase.phase: phase for phase in phase_rhythm(elevation[rise], upward[rise])}
+    return PublishedPlane(phases, float(elevation[whole].max()), float(upward[whole].max()))
 
 
 def _row(
@@ -198,7 +199,7 @@ def _rhythm_reason(cases: Cases, name: str, published: float, phase: PhaseRhythm
     if plane is not None:
         measured = plane.rhythm[phase.phase]
         ratio = number_or_none(measured.shr)
-        parts.append(f"the published motion, measured as here: {ratio}")
+        parts.append(f"the published motion by signed ends, in the authors' window: {ratio}")
     return "; ".join(part for part in parts if part)
 
 

@@ -1,8 +1,11 @@
 """Chapters beyond tracking: calibration, validation and prediction, from a synthetic study."""
 
+import base64
+import io
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -35,11 +38,12 @@ from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.daily_tasks import COLUMNS
 from scapulohumeral.report.prediction.figures import (
     condition_label,
+    pauses,
     prediction_kinematics,
     published_angles,
 )
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
-from scapulohumeral.report.prediction.loading import sweep_figure
+from scapulohumeral.report.prediction.loading import _reach, sweep_figure
 from scapulohumeral.report.prediction.moments import group_force_figure, largest_push
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
 from scapulohumeral.report.prediction.targets import TASKS
@@ -189,6 +193,37 @@ def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     for label in ("predicted, healthy", "predicted, cuff-limited", "published, healthy"):
         assert f">{label}</text>" in figure.svg
     assert "doi:10.5281" in figure.caption
+
+
+def test_humeral_angles_that_mean_nothing_in_pauses_are_not_drawn(cases: Cases) -> None:
+    """Near the hanging arm they turn by half a circle, which would flatten all else."""
+    figure = prediction_kinematics(cases)
+    coded = figure.data_uri.split(",", 1)[1]
+    drawn = pd.read_csv(io.BytesIO(base64.b64decode(coded)), index_col="x")
+    start, end = pauses(cases.healthy)[0]
+    times = cases.healthy.solution.time_s
+    inside = drawn.loc[times[start] + 0.02 : times[end] - 0.02]
+    assert inside["humerus z: elevation (+) | predicted, healthy"].notna().any()
+    for column in drawn:
+        if column.startswith(("humerus y:", "humerus y':")):
+            assert inside[column].isna().all(), column
+            assert drawn[column].notna().any()
+    assert "another motion of the arm" in figure.caption
+    assert (
+        "another motion of the arm"
+        not in prediction_kinematics(replace(cases, published={})).caption
+    )
+
+
+def test_panels_hold_the_whole_path_of_the_force(cases: Cases) -> None:
+    """The point of the sweep is how far outside the rim the force comes."""
+    limit = 0.32
+    shear = replace(cases.healthy.load, path=np.full_like(cases.healthy.load.path, 0.9))
+    far = SimpleNamespace(record=cases.healthy.record, load=shear, planes=cases.healthy.planes)
+    assert 0.9 < _reach([far]) < 1.0
+    assert _reach([cases.healthy]) >= limit
+    shear.path[0] = 50.0
+    assert _reach([far]) < 2.0
 
 
 def test_shoulders_of_another_weight_have_another_label(cases: Cases) -> None:

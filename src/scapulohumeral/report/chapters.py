@@ -29,6 +29,7 @@ from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
+from scapulohumeral.report.words import GLOSSARY, STEPS, in_words
 
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:
@@ -144,7 +145,7 @@ def committed_content(table: pd.DataFrame) -> Table | None:
         for row in named_rows(table)
     ]
     failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")
-    return Table(tuple(name.replace("_", " ") for name in table.columns), rows, failed)
+    return Table(tuple(map(in_words, table.columns)), rows, failed)
 
 
 def measured_content(study: Study) -> dict[str, Any]:
@@ -220,6 +221,12 @@ def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
         for trial in study.trials
         if trial.participant == cases.participant
     }
+
+
+def glossary() -> Table:
+    """Names that tables use, in words."""
+    steps = {f"{name} (step of the ladder)": words for name, words in STEPS.items()}
+    return Table(("name", "meaning"), list({**GLOSSARY, **steps}.items()))
 
 
 def player(study: Study) -> str:

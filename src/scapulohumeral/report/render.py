@@ -53,6 +53,7 @@ def _content(study: Study) -> dict[str, Any]:
         "player": chapters.player(study),
         "gap": chapters.gap_chapter(study),
         "tables": _tables(study),
+        "glossary": chapters.glossary(),
         "speed": speed_content(study.speed),
         "trials": [
             {

@@ -19,6 +19,7 @@ from scapulohumeral.report.published.paper import (
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
+from scapulohumeral.report.words import in_words
 
 ARM_SEGMENTS = {
     "upper_arm": ("humerus_r",),
@@ -82,7 +83,7 @@ def solves(table: pd.DataFrame, names: Sequence[str], digits: int) -> Table:
         for row in table.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
-    return Table((*names, *numbers), rows, flagged)
+    return Table(tuple(map(in_words, (*names, *numbers))), rows, flagged)
 
 
 def number_or_none(value: float, digits: int = 2) -> str:
@@ -399,9 +400,9 @@ def _settings(solutions: Sequence[Solution]) -> dict[str, list[str]]:
     for solution in solutions:
         flat = dict(solution.header["settings"])
         weights = flat.pop("weights")
-        flat |= {f"weight {name.replace('_', ' ')}": value for name, value in weights.items()}
+        flat |= {f"weight {name}": value for name, value in weights.items()}
         for key, value in flat.items():
-            known = found.setdefault(key.replace("_", " "), [])
+            known = found.setdefault(in_words(key), [])
             if str(value) not in known:
                 known.append(str(value))
     return found

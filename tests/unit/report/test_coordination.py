@@ -64,7 +64,7 @@ PLANES = ("frontal", "scapular", "sagittal")
 # Committed tables, and words that only they bring into the report.
 COMMITTED = {
     "reports/sensitivity.csv": "scapula of the start turned by -20 deg",
-    "reports/ladder.csv": "choice taken back",
+    "reports/ladder.csv": "Mean change of upward rotation over fixed elevations",
     "reports/static_postures.csv": "serr_ant +",
     "config/literature/moment_arms.csv": "Liu et al. 1997",
     "config/literature/joint_force.csv": "implants, mean peak",
@@ -492,8 +492,8 @@ def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> No
     table = settings_table(replace(study, coordination=changed))
     assert table.columns == ("setting", "tracking", "validation", "prediction")
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["time step s"] == ("0.04", "0.04", "0.04")
-    assert rows["weight clavicle point m"] == ("0.5", "0.5", "")
+    assert rows["time step [s]"] == ("0.04", "0.04", "0.04")
+    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "")
     assert rows["weight strength exponent"] == ("", "", "1")
 
 
@@ -598,7 +598,7 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     }
     assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
     assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
-    assert "springs" in ladder_figure(table).svg
+    assert "passive joints" in ladder_figure(table).svg
     rows = ladder_rows(table)
     assert len(rows.rows) == 9
     assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -25,6 +25,7 @@ from scapulohumeral.report.prediction.rhythm_targets import (
 from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.targets import Verdict
+from scapulohumeral.report.words import in_words
 
 # What "in every plane" and "in every task" of the limits are. A limit that less was asked for than
 # this is missed.
@@ -393,7 +394,8 @@ def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:
     names = ("variant", "condition", "plane", "phase", "quantity")
     rows = [
         (
-            *(str(row[name]) for name in names),
+            *(str(row[name]) for name in names[:-1]),
+            in_words(str(row["quantity"])),
             *(_number(row[kind]) for kind in ("published", "reproduced")),
             _number(row["reproduced"] - row["published"]),
         )

@@ -81,7 +81,6 @@ def _content(study: Study) -> dict[str, Any]:
 def _tables(study: Study) -> dict[str, tables.Table]:
     makers = (
         tables.masses,
-        tables.published_comparison,
         tables.tracking_errors,
         tables.solver,
         tables.cost_terms,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +58,23 @@ class Table:
     columns: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
     flagged: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class MeanError:
+    """A tracking error [deg], mean over `solves` of a formulation, and the paper's."""
+
+    formulation: str
+    key: str
+    solves: int
+    ours_deg: float
+    published_deg: float
+
+    @property
+    def why(self) -> str:
+        """Where a difference comes from."""
+        near = abs(self.ours_deg - self.published_deg) < AGREES_WITHIN_DEG
+        return f"agrees within {AGREES_WITHIN_DEG:g} deg" if near else REASONS[self.key]
 
 
 def named_rows(table: pd.DataFrame) -> list[Any]:
@@ -141,21 +158,14 @@ def mass_judgement(body_mass_kg: float, ratio: float, known: bool) -> str:
     return f"outside {lightest:.0f} to {heaviest:.0f} kg, two standard deviations of the group"
 
 
-def published_comparison(study: Study) -> Table:
+def mean_errors(study: Study) -> Iterator[MeanError]:
     """Mean tracking RMSE over all converged solves, next to the paper's."""
-    rows = []
     for formulation in FORMULATIONS:
         runs = study.solved(formulation)
         for key, published in TRACKING_RMSE_DEG.items():
             if runs:
                 ours = float(np.mean([run.summary[key] for run in runs]))
-                difference = ours - published[formulation]
-                near = abs(difference) < AGREES_WITHIN_DEG
-                why = f"agrees within {AGREES_WITHIN_DEG:g} deg" if near else REASONS[key]
-                cells = (f"{ours:.2f}", f"{published[formulation]:.2f}", f"{difference:+.2f}", why)
-                rows.append((formulation, MEASURE_NAMES[key], str(len(runs)), *cells))
-    columns = ("formulation", "measure", "solves", "here [deg]", "paper [deg]", "difference", "why")
-    return Table(columns, rows)
+                yield MeanError(formulation, key, len(runs), ours, published[formulation])
 
 
 def tracking_errors(study: Study) -> Table:

@@ -29,7 +29,8 @@ from scapulohumeral.report.coordination_targets import (
 )
 from scapulohumeral.report.published import paper
 from scapulohumeral.report.study import Study
-from scapulohumeral.report.tables import Table, number_or_none, published_comparison
+from scapulohumeral.report.tables import Table, mean_errors, number_or_none
+from scapulohumeral.report.targets import MEASURE_NAMES
 
 # Upward rotations that differ by less tell the same story: share of the published one, but at least
 # so many degrees.
@@ -93,14 +94,11 @@ def _row(
     return (part, quantity, *numbers, why)
 
 
-def _tracking_rows(study: Study) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
-    for formulation, measure, count, ours, printed, difference, why in published_comparison(
-        study
-    ).rows:
-        quantity = f"{measure}, {formulation}, mean of {count} solves [deg]"
-        rows.append(("tracking", quantity, printed, ours, difference, why))
-    return rows
+def _tracking_rows(study: Study) -> Iterable[tuple[str, ...]]:
+    for error in mean_errors(study):
+        measure = MEASURE_NAMES[error.key]
+        quantity = f"{measure}, {error.formulation}, mean of {error.solves} solves [deg]"
+        yield _row("tracking", quantity, error.published_deg, error.ours_deg, error.why)
 
 
 def _norm_rows(study: Study) -> list[tuple[str, ...]]:

@@ -105,6 +105,14 @@ def ratio(euler: float, quaternion: float) -> float:
     return euler / quaternion if quaternion > 0.0 else np.inf
 
 
+def _which(spiky: list[str]) -> str:
+    if not spiky:
+        return "none has one"
+    if len(spiky) == len(GIMBAL_MUSCLES):
+        return "both have one"
+    return f"{spiky[0]} alone has one"
+
+
 def spike_sentence(trial: TrialRuns) -> str:
     """Whether the activations of the paper's two elements spike with Euler angles."""
     parts, spiky = [], []
@@ -115,9 +123,8 @@ def spike_sentence(trial: TrialRuns) -> str:
         if times > SPIKE_RATIO:
             spiky.append(muscle)
     verdict = (
-        f"Euler angles spike in {' and '.join(spiky)}, as in the paper."
-        if spiky
-        else "The spike of the paper is not found here."
+        f"Of the two elements in which the paper finds spikes with Euler angles, {_which(spiky)} "
+        "here."
     )
     return (
         f"{verdict} Largest second difference of the activation between nodes, Euler angles "

@@ -154,6 +154,7 @@ def measured_content(study: Study) -> dict[str, Any]:
     files, judged = coordination.files, coordination.judged
     return {
         "arms": literature.moment_arms(study, files.moment_arms[0]) if files.moment_arms else None,
+        "pectoralis": literature.pectoralis_words(study) if files.moment_arms else "",
         "forces": literature.joint_forces(
             judged.recording,
             {name: cases.whole for name, cases in coordination.cases.items()},

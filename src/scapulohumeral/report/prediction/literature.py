@@ -132,8 +132,8 @@ def pectoralis_words(study: Study) -> str:
     against = sum(arm < 0.0 for arm in arms)
     return (
         "Pectoralis minor turns the scapula upward at the acromioclavicular joint, with the "
-        "clavicle still, because its insertion at the coracoid lies medially of that joint; anatomists "
-        "mean the scapula on the thorax. With the clavicle moving as recorded, from "
+        "clavicle still, because its insertion at the coracoid lies medially of that joint; "
+        "anatomists mean the scapula on the thorax. With the clavicle moving as recorded, from "
         f"{RISE_DEG[0]:g} to {RISE_DEG[1]:g} deg of elevation, it works against upward rotation in "
         f"{against} of {len(arms)} recordings (arms {min(arms):.0f} to {max(arms):.0f} mm)."
     )

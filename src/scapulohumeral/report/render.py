@@ -8,7 +8,7 @@ import numpy as np
 
 from scapulohumeral.report import chapters, tables
 from scapulohumeral.report.coordination_targets import coordination_verdicts
-from scapulohumeral.report.published.comparison import comparison
+from scapulohumeral.report.published.comparison import comparison, recovered
 from scapulohumeral.report.speed import speed_content
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
@@ -46,6 +46,7 @@ def _content(study: Study) -> dict[str, Any]:
         ),
         "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
+        "recovered": recovered(study.coordination),
         "emg": study.coordination.emg_word,
         "calibration": chapters.calibration_chapter(study),
         "validation": chapters.validation_chapter(study),

@@ -52,6 +52,7 @@ from scapulohumeral.report.published.comparison import (
     comparison,
     published_plane,
     published_rhythm_table,
+    recovered,
 )
 from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
@@ -471,7 +472,7 @@ def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
     document = synthetic_coordination.calibration("par2")
     document["groups"]["clavicular_trapezius"]["fibre"] |= {"plant": 0.99, "error": -0.192}
     changed = replace(coordination, calibrations={"par2": document})
-    why = {row[1]: row[5] for row in comparison(study, changed).rows if row[0] == "calibration"}
+    why = {row[1]: row[5] for row in recovered(changed).rows if row[0] == "calibration"}
     fibre = why["scaler of optimal fibre length, clavicular trapezius"]
     assert "a plant with 0.99" in fibre
     assert "differs by -19 %" in fibre
@@ -479,8 +480,20 @@ def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
     assert "a plant with the published scaler" in force
     for entry in document["groups"]["clavicular_trapezius"].values():
         del entry["plant"]
-    measured = {row[1]: row[5] for row in comparison(study, changed).rows}
+    measured = {row[1]: row[5] for row in recovered(changed).rows}
     assert measured["scaler of optimal fibre length, clavicular trapezius"].startswith("other EMG")
+
+
+def test_what_simulated_emg_was_made_with_is_not_called_reproduced(
+    study: Study, coordination: Coordination
+) -> None:
+    parts = {"calibration", "validation"}
+    assert parts == {row[0] for row in recovered(coordination).rows}
+    assert parts.isdisjoint(row[0] for row in comparison(study, coordination).rows)
+    document = {**synthetic_coordination.calibration("par2"), "emg_simulated": False}
+    measured = replace(coordination, emg=[], calibrations={"par2": document})
+    assert not recovered(measured).rows
+    assert parts <= {row[0] for row in comparison(study, measured).rows}
 
 
 def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> None:

@@ -28,6 +28,7 @@ from scapulohumeral.report.coordination_targets import (
     swept_weights,
 )
 from scapulohumeral.report.published import paper
+from scapulohumeral.report.published.rhythm_cause import RhythmCell, rhythm_cause
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, mean_errors, number_or_none
 from scapulohumeral.report.targets import MEASURE_NAMES
@@ -56,18 +57,34 @@ class PublishedPlane:
 
 
 def comparison(study: Study, coordination: Coordination) -> Table:
-    """All published numbers, as far as this study has their counterparts."""
+    """All published numbers, as far as this study has their counterparts.
+
+    Without those that simulated EMG puts in, see :func:`recovered`.
+    """
     rows = [*_tracking_rows(study), *_norm_rows(study)]
-    rows += _scaler_rows(coordination)
-    rows += _validation_rows(coordination)
+    if coordination.emg_word == "EMG":
+        rows += _emg_rows(coordination)
     cases = coordination.cases.get(paper.PREDICTED_PARTICIPANT)
     if cases is not None and cases.healthy is not None:
-        rows += _rhythm_rows(cases)
+        rows += _rhythm_rows(coordination, cases)
         rows += _upward_rotation_rows(cases)
         rows += _force_rows(cases)
         rows += _clavicle_rows(cases)
         rows += _weight_rows(coordination, cases)
     return Table(COLUMNS, rows)
+
+
+def recovered(coordination: Coordination) -> Table:
+    """Published numbers that simulated EMG was made with, and what calibration finds of them.
+
+    No rows with measured EMG, which knows nothing of them.
+    """
+    rows = _emg_rows(coordination) if coordination.emg_word != "EMG" else []
+    return Table(COLUMNS, rows)
+
+
+def _emg_rows(coordination: Coordination) -> list[tuple[str, ...]]:
+    return [*_scaler_rows(coordination), *_validation_rows(coordination)]
 
 
 def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | None:
@@ -171,7 +188,7 @@ def _validation_rows(coordination: Coordination) -> Iterable[tuple[str, ...]]:
         )
 
 
-def _rhythm_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
+def _rhythm_rows(coordination: Coordination, cases: Cases) -> Iterable[tuple[str, ...]]:
     for name, prediction in (("healthy", cases.healthy), ("rc_limited", cases.cuff)):
         if prediction is None:
             continue
@@ -181,8 +198,13 @@ def _rhythm_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
             if published is not None:
                 word = "healthy" if name == "healthy" else "cuff-limited"
                 quantity = f"rhythm, {word}, {phase.plane} plane, {phase.phase} deg"
-                why = _rhythm_reason(cases, name, published, phase)
-                yield _row("prediction", quantity, published, phase.shr, why)
+                why = [_rhythm_reason(cases, name, published, phase)]
+                if coordination.judged is not None:
+                    own = RhythmCell(prediction.condition.name, phase.plane, phase.phase, published)
+                    tables = coordination.judged.published, coordination.ladder
+                    why.append(rhythm_cause(own, phase.shr_range, *tables))
+                text = "; ".join(filter(None, why))
+                yield _row("prediction", quantity, published, phase.shr, text)
 
 
 def _rhythm_reason(cases: Cases, name: str, published: float, phase: PhaseRhythm) -> str:

@@ -201,7 +201,6 @@ def _with_predictions(
         files,
         against_recording=[distances[0]],
         against_published=[distances[1]],
-        targets=[targets],
         predictions=solutions,
         prediction_summaries=summaries,
         prediction_summary=[tables[0]],

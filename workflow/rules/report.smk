@@ -30,6 +30,7 @@ rule render_report:
         )
         + prediction_results("results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
+        targets="config/targets.yaml",
         published=sorted(
             str(path)
             for participant in config["participants"]
@@ -61,7 +62,6 @@ rule render_report:
         against_published=prediction_table("against_published"),
         against_tasks=task_table(),
         geometry_audit=prediction_table("geometry_audit"),
-        targets=["config/targets.yaml"],
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),
         postures=committed_table("static_postures"),

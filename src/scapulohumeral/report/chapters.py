@@ -91,7 +91,6 @@ def judged_content(study: Study) -> dict[str, Any] | None:
     if judged is None:
         return None
     return {
-        "fixed_in": judged.fixed_in,
         "participants": prediction_targets.participants_table(judged)
         if judged.has_limits
         else None,

@@ -47,7 +47,7 @@ class CoordinationFiles:
     predictions, prediction_summaries : in the same order
     prediction_summary, rhythm : tables of all predictions
     spreads : tables of what uncertain scalers do to predictions
-    against_recording, against_published : tables of their distances; targets : their limits
+    against_recording, against_published : tables of their distances
     against_tasks : table of distances of predicted daily tasks
     geometry_audit : table of muscle geometry against OpenSim along predictions
     ladder : table of the steps from the authors' problem to the study's own
@@ -75,7 +75,6 @@ class CoordinationFiles:
     against_published: Sequence[Path] = ()
     against_tasks: Sequence[Path] = ()
     geometry_audit: Sequence[Path] = ()
-    targets: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
@@ -261,6 +260,7 @@ class Coordination:
     predictions : all, failed ones included; cases : the solved ones by participant
     prediction_table, rhythm : tables of results/prediction, empty without predictions
     files : where they come from
+    targets : limits of config/targets.yaml
     judged : distances of predictions and their limits, None without predictions
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
@@ -282,6 +282,7 @@ class Coordination:
     prediction_table: pd.DataFrame
     rhythm: pd.DataFrame
     files: CoordinationFiles
+    targets: Mapping[str, Any]
     judged: Judged | None = None
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -310,6 +311,7 @@ def read_coordination(
     files: CoordinationFiles,
     models: Mapping[str, ModelRecord],
     published: Mapping[str, Mapping[str, Path]],
+    targets: Mapping[str, Any],
 ) -> Coordination:
     """Read all files.
 
@@ -317,6 +319,7 @@ def read_coordination(
     ----------
     files : any of them may be missing
     models : model records; published : files of published predictions; both by participant
+    targets : limits of config/targets.yaml
     """
     channels = read_channels(files.channels[0]) if files.channels else None
     predictions = _read_predictions(files, models)
@@ -341,7 +344,8 @@ def read_coordination(
         prediction_table=_read_table(files.prediction_summary),
         rhythm=_read_table(files.rhythm),
         files=files,
-        judged=_read_judged(files, tuple(models)),
+        targets=targets,
+        judged=_read_judged(files, tuple(models), targets),
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
@@ -353,11 +357,13 @@ def read_coordination(
     )
 
 
-def _read_judged(files: CoordinationFiles, participants: tuple[str, ...]) -> Judged | None:
+def _read_judged(
+    files: CoordinationFiles, participants: tuple[str, ...], targets: Mapping[str, Any]
+) -> Judged | None:
     if not files.against_recording:
         return None
     return read_judged(
-        files.targets[0],
+        targets,
         files.against_recording[0],
         files.against_published[0],
         participants,

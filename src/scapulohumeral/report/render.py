@@ -39,7 +39,7 @@ def _content(study: Study) -> dict[str, Any]:
         # What fails comes first.
         "verdicts": sorted(
             [
-                *verdicts(study.summary, study.quality),
+                *verdicts(study.summary, study.quality, study.targets),
                 *coordination_verdicts(study.coordination),
             ],
             key=lambda verdict: verdict.holds,

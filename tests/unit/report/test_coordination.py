@@ -12,10 +12,12 @@ import pandas as pd
 import pytest
 import synthetic_coordination
 import synthetic_study
+import yaml
 
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.published_distance import published_distances
+from scapulohumeral.report import study as study_module
 from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
 from scapulohumeral.report.coordination import (
@@ -61,6 +63,7 @@ from scapulohumeral.report.validation.figures import reduction_table, task_figur
 
 pytestmark = pytest.mark.unit
 
+TARGETS = yaml.safe_load(study_module.TARGETS.read_text(encoding="utf-8"))
 PLANES = ("frontal", "scapular", "sagittal")
 # Committed tables, and words that only they bring into the report.
 COMMITTED = {
@@ -394,7 +397,7 @@ def test_calibration_without_a_result_stands_first_and_enters_nothing(
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
     table = coordination.prediction_table.assign(certified=False, seconds=500.0)
-    _, certificates, times = solve_verdicts(table)
+    _, certificates, times = solve_verdicts(table, TARGETS["predictions"])
     assert not certificates.holds
     assert not times.holds
     assert "par2 healthy 500 s" in times.worse
@@ -403,7 +406,7 @@ def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination
 def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     table = coordination.validation.assign(rmse_calibrated=np.nan)
     assert channel_reductions(table).reduction.isna().all()
-    mean, worse = validation_verdicts(table)
+    mean, worse = validation_verdicts(table, TARGETS["validation"])
     assert not mean.holds
     assert mean.value == "not known: a solve has no result"
     assert not worse.holds
@@ -424,7 +427,7 @@ def test_worse_channel_is_named() -> None:
             "rmse_calibrated": [0.0, 0.0, 0.12, 0.12],
         }
     )
-    mean, worse = validation_verdicts(table)
+    mean, worse = validation_verdicts(table, TARGETS["validation"])
     assert mean.value == "40 %"
     assert worse.worse == ("par2 b -20 %",)
     assert channel_reductions(table).generic[0] == pytest.approx(np.sqrt(0.125))

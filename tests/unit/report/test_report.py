@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import synthetic_study
+import yaml
 from gap_files import HASHES, finished_diagnosis
 from places import REPOSITORY
 
@@ -32,6 +33,7 @@ from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, s
 
 pytestmark = pytest.mark.unit
 
+TARGETS = yaml.safe_load(study_module.TARGETS.read_text(encoding="utf-8"))
 DOUBT = "no reference trials: errors of the model itself lower all confidence"
 
 
@@ -261,7 +263,9 @@ def summary_table() -> pd.DataFrame:
 
 def test_verdicts_name_what_misses_the_target() -> None:
     verdicts = targets.verdicts(
-        summary_table(), synthetic_study.quality().assign(participant="par1", formulation="euler")
+        summary_table(),
+        synthetic_study.quality().assign(participant="par1", formulation="euler"),
+        TARGETS,
     )
     found = {v.name.split(",")[0]: v for v in verdicts}
     assert not found["solves"].holds
@@ -276,10 +280,30 @@ def test_verdicts_name_what_misses_the_target() -> None:
     assert worst[0].worse == ("par1 euler pect_maj_c_2 6.000 mm",)
 
 
+def test_limits_are_those_of_the_file() -> None:
+    """A stricter file is missed by the same results."""
+    geometry = synthetic_study.quality().assign(participant="par1", formulation="euler")
+    strict = {
+        "tracking": {
+            **TARGETS["tracking"],
+            "constraint_violation": 1e-9,
+            "mean_error_deg": {"angle_humerus_deg": 0.9},
+        },
+        "geometry": {"median_mm": {"length_rmse_mm": 0.1}, "worst_mm": {}},
+    }
+    found = targets.verdicts(summary_table(), geometry, strict)
+    assert [v.name.split(",")[0] for v in found if not v.holds] == [
+        "solves",
+        "constraint violation",
+        "humerus",
+        "muscle length",
+    ]
+
+
 def test_nothing_converged_does_not_hold() -> None:
     failed = summary_table().assign(status="failed")
     quality = synthetic_study.quality().assign(participant="par1", formulation="euler")
-    verdicts = targets.verdicts(failed, quality)
+    verdicts = targets.verdicts(failed, quality, TARGETS)
     assert sum(v.value == "no converged solve" for v in verdicts) == 5
     assert not any(v.holds for v in verdicts if v.value == "no converged solve")
 

@@ -85,7 +85,7 @@ def test_participant_without_solution_fails_and_is_named():
     missed = failed(recording_verdicts(TARGETS["against_recording"], table))
     assert missed
     assert all(name.startswith("par3") for name in missed)
-    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
+    judged = Judged(TARGETS, table, pd.DataFrame(), ("par1", "par2", "par3"))
     rows = {row[0]: row[1:] for row in participants_table(judged).rows}
     assert rows["par3"] == ("yes", "no", "no", "no solution")
     assert rows["par2"] == ("yes", "yes", "yes", "")
@@ -96,7 +96,7 @@ def test_participant_without_solution_fails_and_is_named():
 
 def test_a_solved_participant_that_is_not_usable_has_its_missed_limits_named():
     table = recording(ur_bias_rest_deg=-4.1, in_band_share=0.5)
-    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
+    judged = Judged(TARGETS, table, pd.DataFrame(), ("par1", "par2", "par3"))
     rows = {row[0]: row[1:] for row in participants_table(judged).rows}
     missed = "limits missed: upward rotation at rest, healthy band"
     assert rows["par2"] == ("yes", "yes", "no", missed)
@@ -235,7 +235,7 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_and_is_no_target():
     ]  # fmt: skip
 
     def stated(rows: list[dict], targets: dict = TARGETS):
-        return cuff_effects(Judged(targets, "", recording(), pd.DataFrame(rows), ("par2",)))
+        return cuff_effects(Judged(targets, recording(), pd.DataFrame(rows), ("par2",)))
 
     table = stated(rows)
     assert [row[2] for row in table.rows] == ["-1.5"] * 4
@@ -375,7 +375,7 @@ def test_daily_task_without_solution_fails_all_limits_of_its_participant():
     table = tasks(status="failed", **nothing)
     missed = failed(task_verdicts(TARGETS["against_tasks"], table))
     assert len(missed) == 7
-    judged = Judged(TARGETS, "", pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
+    judged = Judged(TARGETS, pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
     assert task_table(judged).flagged == {len(TASKS)}
 
 
@@ -385,9 +385,9 @@ def test_daily_tasks_that_nobody_predicted_are_missed():
 
 
 def test_other_participants_have_no_limits():
-    of_ours = Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann", "par2"))
+    of_ours = Judged(TARGETS, recording(), pd.DataFrame(), ("ann", "par2"))
     assert of_ours.has_limits
-    assert not Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann",)).has_limits
+    assert not Judged(TARGETS, recording(), pd.DataFrame(), ("ann",)).has_limits
 
 
 def test_errors_of_the_girdle_stand_by_elevation_and_an_older_table_leaves_gaps():

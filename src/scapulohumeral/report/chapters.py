@@ -9,6 +9,7 @@ import pandas as pd
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
+from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.quantities.population import CITATION
 from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases, Prediction
@@ -24,7 +25,6 @@ from scapulohumeral.report.prediction import targets as prediction_targets
 from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.published.comparison import published_rhythm_table
-from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES

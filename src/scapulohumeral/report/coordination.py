@@ -23,10 +23,10 @@ from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities.joint_loading import GlenohumeralLoad
+from scapulohumeral.quantities.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.quantities.prediction_rows import solution_load
 from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.prediction.judged import Judged, read_judged
-from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.calibration import failure_of
 from scapulohumeral.stages.prediction import Condition
 

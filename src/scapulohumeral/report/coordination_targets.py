@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.report.coordination import Coordination
-from scapulohumeral.report.prediction.targets import prediction_verdicts
-from scapulohumeral.report.published.paper import (
+from scapulohumeral.quantities.paper import (
     CUFF_MUSCLES,
     CUFF_STABILITY_WEIGHT,
     PREDICTED_PARTICIPANT,
 )
+from scapulohumeral.report.coordination import Coordination
+from scapulohumeral.report.prediction.targets import prediction_verdicts
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 

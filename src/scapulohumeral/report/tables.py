@@ -11,7 +11,7 @@ import pandas as pd
 
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.report.published.paper import (
+from scapulohumeral.quantities.paper import (
     BODY_MASS_MEAN_KG,
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,

@@ -15,6 +15,7 @@ import synthetic_study
 import yaml
 
 from scapulohumeral.model.published_arm import published_pose
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report import study as study_module
@@ -36,8 +37,6 @@ from scapulohumeral.report.coordination_targets import (
     validation_verdicts,
 )
 from scapulohumeral.report.drawing.svg import Drawing
-from scapulohumeral.report.prediction.against import read_predictions
-from scapulohumeral.report.prediction.daily_tasks import COLUMNS
 from scapulohumeral.report.prediction.figures import (
     condition_label,
     pauses,
@@ -49,7 +48,6 @@ from scapulohumeral.report.prediction.loading import _reach, sweep_figure
 from scapulohumeral.report.prediction.moments import group_force_figure, largest_push
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
 from scapulohumeral.report.prediction.targets import TASKS
-from scapulohumeral.report.published import paper
 from scapulohumeral.report.published.comparison import (
     comparison,
     published_plane,
@@ -60,6 +58,8 @@ from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.tables import settings as settings_table
 from scapulohumeral.report.validation.figures import reduction_table, task_figures
+from scapulohumeral.stages.distances.against import read_predictions
+from scapulohumeral.stages.distances.daily_tasks import COLUMNS
 
 pytestmark = pytest.mark.unit
 

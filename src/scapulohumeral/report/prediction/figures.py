@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, trial_to_pose
+from scapulohumeral.quantities.paper import COMPOSITE_ELEVATIONS_S
 from scapulohumeral.quantities.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.rhythm import rising_part
 from scapulohumeral.quantities.segment_angles import (
@@ -26,7 +27,6 @@ from scapulohumeral.quantities.segment_angles import (
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.drawing.curves import on_branch, unwrap_deg
 from scapulohumeral.report.drawing.svg import COLOURS, LINES, Drawing, Picture, styled
-from scapulohumeral.report.published.paper import COMPOSITE_ELEVATIONS_S
 from scapulohumeral.report.tracking.figures import ANGLE_TITLES, GROUP_NAMES
 
 HEALTHY: dict[str, Any] = {"color": "#0072b2", "linewidth": 1.5, "zorder": 5}

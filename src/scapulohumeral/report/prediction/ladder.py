@@ -21,9 +21,9 @@ from scapulohumeral.quantities.segment_angles import (
     thorax_angles,
 )
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
-from scapulohumeral.report.prediction.against import Predicted
 from scapulohumeral.report.tables import Table, solves
 from scapulohumeral.report.words import step_in_words
+from scapulohumeral.stages.distances.against import Predicted
 
 WHOLE_RISE = "start-90"
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")

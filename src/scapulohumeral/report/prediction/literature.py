@@ -24,9 +24,9 @@ from scapulohumeral.quantities.segment_angles import (
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table
+from scapulohumeral.stages.distances.against import FORCE_LEVELS_DEG
 
 MM = 1e3
 CLAIMS = ("positive", "negative", "largest", "smallest")

@@ -16,12 +16,12 @@ from scapulohumeral.quantities.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
     superior_inferior_limit,
 )
+from scapulohumeral.quantities.paper import ORTHOLOAD_BW
 from scapulohumeral.quantities.prediction_rows import peaks
 from scapulohumeral.quantities.rhythm import rhythm_by_plane
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.figures import compared, condition_label
-from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import number_or_none
 
 PLANE_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import RHYTHM as OF_PEOPLE
-from scapulohumeral.report.published import paper
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 

@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
-from scapulohumeral.report.prediction import daily_tasks
-from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
+from scapulohumeral.quantities.paper import ORTHOLOAD_BW
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.rhythm_targets import (
     NOTHING,
@@ -22,10 +21,11 @@ from scapulohumeral.report.prediction.rhythm_targets import (
     cells_that_agree,
     rhythm_verdicts,
 )
-from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.targets import Verdict
 from scapulohumeral.report.words import in_words
+from scapulohumeral.stages.distances import daily_tasks
+from scapulohumeral.stages.distances.against import FORCE_LEVELS_DEG
 
 # What "in every plane" and "in every task" of the limits are. A limit that less was asked for than
 # this is missed.

@@ -14,6 +14,7 @@ from scapulohumeral.model.published_arm import (
     PUBLISHED_RISES,
     published_pose,
 )
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.rhythm import SHARED, PhaseRhythm, phase_rhythm, rhythm_by_plane
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
@@ -27,7 +28,6 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     swept_weights,
 )
-from scapulohumeral.report.published import paper
 from scapulohumeral.report.published.rhythm_cause import RhythmCell, rhythm_cause
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, mean_errors, number_or_none

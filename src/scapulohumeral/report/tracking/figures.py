@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scapulohumeral.model.rotations import Array, trial_to_pose
+from scapulohumeral.quantities.paper import GIMBAL_MUSCLES
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     SINGULAR_ELEVATION_DEG,
@@ -32,7 +33,6 @@ from scapulohumeral.report.drawing.svg import (
     Picture,
     styled,
 )
-from scapulohumeral.report.published.paper import GIMBAL_MUSCLES
 from scapulohumeral.report.study import Run, TrialRuns
 
 # Names of the columns of `thorax_angles`, and what a positive angle means.

@@ -11,10 +11,10 @@ import numpy as np
 
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.quantities.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN
 from scapulohumeral.report.drawing.curves import largest_bend, largest_step, passes_gimbal_lock
 from scapulohumeral.report.drawing.svg import Picture
-from scapulohumeral.report.published.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.report.study import FORMULATIONS, Study, TrialRuns
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.tracking.figures import gimbal_figure

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT, VALIDATION_RMSE
 from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.coordination_targets import channel_reductions
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.figures import EMG_LINE, GENERIC, HEALTHY
-from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT, VALIDATION_RMSE
 from scapulohumeral.report.tables import Table, named_rows
 
 LINES = {"generic": GENERIC, "calibrated": HEALTHY}

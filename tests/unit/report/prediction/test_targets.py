@@ -7,11 +7,9 @@ import pytest
 import yaml
 from places import REPOSITORY
 
-from scapulohumeral.quantities import population
+from scapulohumeral.quantities import paper, population
 from scapulohumeral.quantities.recordings_apart import Apart
-from scapulohumeral.report.prediction.against import with_audit
 from scapulohumeral.report.prediction.audit import audit_rows
-from scapulohumeral.report.prediction.daily_tasks import ANGLES
 from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.prediction.judged import Judged
 from scapulohumeral.report.prediction.rhythm_targets import rhythm_verdicts
@@ -27,7 +25,8 @@ from scapulohumeral.report.prediction.targets import (
     task_verdicts,
     uncertified_solves,
 )
-from scapulohumeral.report.published import paper
+from scapulohumeral.stages.distances.against import with_audit
+from scapulohumeral.stages.distances.daily_tasks import ANGLES
 
 pytestmark = pytest.mark.unit
 

@@ -28,6 +28,7 @@ from scapulohumeral.model.published_arm import (
     published_pose,
 )
 from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.published_distance import (
     ANGLES,
@@ -43,7 +44,6 @@ from scapulohumeral.quantities.segment_angles import (
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.report.published import paper
 
 # Column names are those of the tables that predictions are judged by.
 STOP_MOMENT, CERTIFIED = "stop_moment_median_Nm", "certified"

@@ -69,6 +69,10 @@ GLOSSARY: Mapping[str, str] = {
         "rising arm below 20 deg of elevation; first node of the rise; largest of an elevation, "
         "of retraction the most retracted"
     ),
+    "motion_…, emg_…, …_reference": (
+        "columns of a score card: what a case comes with (motion alone, EMG, joint force), and "
+        "whether trials of the same person without the effect belong to it"
+    ),
     "SC_rx to GH_rz, EL_rx": (
         "channels of a diagnosis: how far a joint is turned about x, y and z of the segment before "
         "it [deg]; SC is clavicle, AC scapula, GH humerus, EL elbow"

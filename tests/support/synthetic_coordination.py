@@ -18,7 +18,7 @@ from scapulohumeral.ocp.solution import Solution, write_solution
 from scapulohumeral.problems.composite import Composite, compose
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.report.coordination import CoordinationFiles
-from scapulohumeral.report.prediction.against import AgainstFiles, compare
+from scapulohumeral.stages.distances.against import AgainstFiles, compare
 from scapulohumeral.stages.prediction import Condition
 from scapulohumeral.stages.prediction_summary import summarise_predictions
 from scapulohumeral.stages.validation import summarise_validation
@@ -201,7 +201,6 @@ def _with_predictions(
         files,
         against_recording=[distances[0]],
         against_published=[distances[1]],
-        targets=[targets],
         predictions=solutions,
         prediction_summaries=summaries,
         prediction_summary=[tables[0]],

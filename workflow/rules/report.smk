@@ -30,6 +30,7 @@ rule render_report:
         )
         + prediction_results("results/benchmarks/solve_prediction/{participant}_{condition}.jsonl"),
         participants=expand(PARTICIPANT_FILE, participant=config["participants"]),
+        targets="config/targets.yaml",
         published=sorted(
             str(path)
             for participant in config["participants"]
@@ -60,7 +61,7 @@ rule render_report:
         against_recording=prediction_table("against_recording"),
         against_published=prediction_table("against_published"),
         against_tasks=task_table(),
-        targets=["config/targets.yaml"],
+        geometry_audit=prediction_table("geometry_audit"),
         ladder=committed_table("ladder"),
         sensitivity=committed_table("sensitivity"),
         postures=committed_table("static_postures"),

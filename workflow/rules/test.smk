@@ -83,6 +83,7 @@ rule test_results:
         rhythm=prediction_table("shr"),
         task_predictions=task_results(".npz"),
         against_tasks=task_table(),
+        targets="config/targets.yaml",
         report=f"reports/{config['report']}.html",
         tests=sorted(
             {str(path) for path in Path("tests/results").glob("*.py")}

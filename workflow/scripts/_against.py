@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from scapulohumeral.model.muscle_paths.pose_region import Region
-from scapulohumeral.report.prediction.against import AgainstFiles
-from scapulohumeral.report.prediction.daily_tasks import TaskFiles
+from scapulohumeral.stages.distances.against import AgainstFiles
+from scapulohumeral.stages.distances.daily_tasks import TaskFiles
 
 
 def against_files(snakemake: Any) -> AgainstFiles:

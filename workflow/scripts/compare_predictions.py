@@ -8,7 +8,7 @@ log_to_file(snakemake)
 
 from _against import against_files, fitted_region
 
-from scapulohumeral.report.prediction.against import compare
+from scapulohumeral.stages.distances.against import compare
 
 compare(
     against_files(snakemake),

@@ -6,7 +6,7 @@ log_to_file(snakemake)
 
 from _against import fitted_region, task_files
 
-from scapulohumeral.report.prediction.daily_tasks import task_distances
+from scapulohumeral.stages.distances.daily_tasks import task_distances
 
 given = snakemake.input
 files = task_files(given.solutions, given.summaries, given.tracked, given.participants)

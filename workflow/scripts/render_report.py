@@ -22,7 +22,8 @@ html = render_report(
     ReportFiles(
         summary=Path(snakemake.input.summary),
         coordination=CoordinationFiles(**inputs(CoordinationFiles)),
-        **inputs(ReportFiles, "summary", "coordination"),
+        targets=Path(snakemake.input.targets),
+        **inputs(ReportFiles, "summary", "coordination", "targets"),
     )
 )
 Path(snakemake.output.html).write_text(html, encoding="utf-8")

@@ -6,8 +6,8 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_table
+from scapulohumeral.stages.distances.against import read_predictions
 
 predictions = read_predictions(
     [Path(path) for path in snakemake.input.solutions],

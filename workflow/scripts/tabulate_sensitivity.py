@@ -7,8 +7,8 @@ from _log import log_to_file
 log_to_file(snakemake)
 
 from scapulohumeral.problems.sensitivity import Case
-from scapulohumeral.report.prediction.against import read_predictions
 from scapulohumeral.report.prediction.sensitivity import sensitivity_table
+from scapulohumeral.stages.distances.against import read_predictions
 
 predictions = read_predictions(
     [Path(path) for path in snakemake.input.solutions],

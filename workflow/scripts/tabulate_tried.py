@@ -6,9 +6,9 @@ log_to_file(snakemake)
 
 from _against import against_files, fitted_region, task_files
 
-from scapulohumeral.report.prediction.against import distances_to_recordings
-from scapulohumeral.report.prediction.daily_tasks import task_distances
-from scapulohumeral.report.prediction.tried import tried_table
+from scapulohumeral.stages.distances.against import distances_to_recordings
+from scapulohumeral.stages.distances.daily_tasks import task_distances
+from scapulohumeral.stages.distances.tried import tried_table
 
 given, region = snakemake.input, fitted_region(snakemake)
 tasks = task_files(

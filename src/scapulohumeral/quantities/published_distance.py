@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES, PUBLISHED_RISES
+from scapulohumeral.quantities.population import INTERNAL_ROTATION, POSTERIOR_TILT
 from scapulohumeral.quantities.rhythm import first_at, phase_rhythm, range_rhythm
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
@@ -38,7 +39,14 @@ ANGLES = {
     "upward_rotation": UPWARD_ROTATION_COLUMN,
     **{f"clavicle_{name}": column for name, column in CLAVICLE.items()},
 }
-RMSE_COLUMNS = ("upward_rotation", "clavicle_elevation")
+# Angles whose distance over whole elevations is told: all of the girdle.
+GIRDLE = {
+    **ANGLES,
+    "internal_rotation": INTERNAL_ROTATION,
+    "posterior_tilt": POSTERIOR_TILT,
+}
+# Retraction is negative: the most of it is the lowest angle.
+LARGEST_BELOW = ("clavicle_retraction",)
 
 
 @dataclass(frozen=True)
@@ -57,7 +65,8 @@ def published_distances(
 ) -> Iterator[Compared]:
     """Every compared quantity of one condition.
 
-    Distances over whole elevations, published value 0; then angles at fixed elevations and peaks;
+    Distances of all angles of the girdle over whole elevations, published value 0; then angles at
+    fixed elevations and peaks, that of retraction being the most retracted;
     rhythm by the paper's estimator (`rhythm_range`, beside the printed table), and by signed ends
     of phases (`rhythm_signed`, beside the published motion measured alike).
 
@@ -69,8 +78,8 @@ def published_distances(
     ours, theirs = thorax_angles(pose), thorax_angles(published)
     for plane, (first, stop) in PUBLISHED_PLANES.items():
         part, known = ours[first:stop], theirs[first:stop]
-        for name in RMSE_COLUMNS:
-            error = part[:, ANGLES[name]] - known[:, ANGLES[name]]
+        for name, column in GIRDLE.items():
+            error = part[:, column] - known[:, column]
             rmse = float(np.sqrt(np.mean(error**2)))
             yield Compared(plane, "elevation", f"{name}_rmse_deg", 0.0, rmse)
         yield from _levels(plane, part, known)
@@ -82,7 +91,8 @@ def _levels(plane: str, ours: np.ndarray, theirs: np.ndarray) -> Iterator[Compar
         for level in LEVELS_DEG:
             pair = (at_level(theirs, column, level), at_level(ours, column, level))
             yield Compared(plane, f"at {level:g} deg", f"{name}_deg", *pair)
-        peaks = float(theirs[:, column].max()), float(ours[:, column].max())
+        largest = np.min if name in LARGEST_BELOW else np.max
+        peaks = float(largest(theirs[:, column])), float(largest(ours[:, column]))
         yield Compared(plane, "peak", f"{name}_deg", *peaks)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
+from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.quantities.population import CITATION
 from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases, Prediction
@@ -21,12 +22,14 @@ from scapulohumeral.report.prediction import loading as loading_figures
 from scapulohumeral.report.prediction import moments as moment_figures
 from scapulohumeral.report.prediction import tables as prediction_tables
 from scapulohumeral.report.prediction import targets as prediction_targets
+from scapulohumeral.report.prediction.audit import audit_rows
+from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.published.comparison import published_rhythm_table
-from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
+from scapulohumeral.report.words import GLOSSARY, STEPS, in_words
 
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:
@@ -69,6 +72,7 @@ def prediction_chapter(study: Study) -> dict[str, Any] | None:
         "solves": prediction_tables.prediction_solves(coordination),
         "starts": prediction_tables.starts(coordination),
         "stability": prediction_tables.stability(coordination),
+        "push": moment_figures.largest_push(coordination.predictions),
         "spread": prediction_tables.spread_table(coordination.spreads),
         "ladder": ladder_content(study),
         "sensitivity": sensitivity_content(study),
@@ -87,17 +91,28 @@ def judged_content(study: Study) -> dict[str, Any] | None:
     if judged is None:
         return None
     return {
-        "fixed_in": judged.fixed_in,
         "participants": prediction_targets.participants_table(judged)
         if judged.has_limits
         else None,
+        "stated": prediction_targets.cuff_effects(judged) if judged.has_limits else None,
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
+        "audit": audit_content(study),
+        "girdle": girdle_table(judged.published),
         "published": prediction_targets.published_table(judged, ("healthy", "cuff_w10")),
         "graded": prediction_targets.published_table(
             judged, ("healthy_generic", "healthy_w10", "cuff_w2", "cuff_75", "cuff_50", "cuff_25")
         ),
     }
+
+
+def audit_content(study: Study) -> Table | None:
+    """Muscle geometry of predictions against OpenSim, None if nothing was audited."""
+    coordination = study.coordination
+    if coordination.judged is None or coordination.audit.empty:
+        return None
+    limit = coordination.judged.targets["against_recording"]["length_error_mm"]
+    return audit_rows(coordination.audit, limit)
 
 
 def ladder_content(study: Study) -> dict[str, Any] | None:
@@ -129,7 +144,7 @@ def committed_content(table: pd.DataFrame) -> Table | None:
         for row in named_rows(table)
     ]
     failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")
-    return Table(tuple(name.replace("_", " ") for name in table.columns), rows, failed)
+    return Table(tuple(map(in_words, table.columns)), rows, failed)
 
 
 def measured_content(study: Study) -> dict[str, Any]:
@@ -138,6 +153,7 @@ def measured_content(study: Study) -> dict[str, Any]:
     files, judged = coordination.files, coordination.judged
     return {
         "arms": literature.moment_arms(study, files.moment_arms[0]) if files.moment_arms else None,
+        "pectoralis": literature.pectoralis_words(study) if files.moment_arms else "",
         "forces": literature.joint_forces(
             judged.recording,
             {name: cases.whole for name, cases in coordination.cases.items()},
@@ -205,6 +221,12 @@ def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
         for trial in study.trials
         if trial.participant == cases.participant
     }
+
+
+def glossary() -> Table:
+    """Names that tables use, in words."""
+    steps = {f"{name} (step of the ladder)": words for name, words in STEPS.items()}
+    return Table(("name", "meaning"), list({**GLOSSARY, **steps}.items()))
 
 
 def player(study: Study) -> str:

@@ -23,10 +23,10 @@ from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities.joint_loading import GlenohumeralLoad
+from scapulohumeral.quantities.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.quantities.prediction_rows import solution_load
 from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.prediction.judged import Judged, read_judged
-from scapulohumeral.report.published.paper import CUFF_MUSCLES, CUFF_STABILITY_WEIGHT
 from scapulohumeral.stages.calibration import failure_of
 from scapulohumeral.stages.prediction import Condition
 
@@ -47,8 +47,9 @@ class CoordinationFiles:
     predictions, prediction_summaries : in the same order
     prediction_summary, rhythm : tables of all predictions
     spreads : tables of what uncertain scalers do to predictions
-    against_recording, against_published : tables of their distances; targets : their limits
+    against_recording, against_published : tables of their distances
     against_tasks : table of distances of predicted daily tasks
+    geometry_audit : table of muscle geometry against OpenSim along predictions
     ladder : table of the steps from the authors' problem to the study's own
     sensitivity : table of what weights, mesh and start change
     postures : table of static postures
@@ -73,7 +74,7 @@ class CoordinationFiles:
     against_recording: Sequence[Path] = ()
     against_published: Sequence[Path] = ()
     against_tasks: Sequence[Path] = ()
-    targets: Sequence[Path] = ()
+    geometry_audit: Sequence[Path] = ()
     ladder: Sequence[Path] = ()
     sensitivity: Sequence[Path] = ()
     postures: Sequence[Path] = ()
@@ -259,6 +260,7 @@ class Coordination:
     predictions : all, failed ones included; cases : the solved ones by participant
     prediction_table, rhythm : tables of results/prediction, empty without predictions
     files : where they come from
+    targets : limits of config/targets.yaml
     judged : distances of predictions and their limits, None without predictions
     ladder : steps from the authors' problem to the study's own, empty if it was not climbed
     sensitivity : what weights, mesh and start change, empty if it was not computed
@@ -267,6 +269,7 @@ class Coordination:
     tried : variants against the recordings, empty if they were not computed
     recovery : calibrations to arms of other structure, empty if they were not computed
     spreads : what uncertain scalers do to predictions, empty without calibrated predictions
+    audit : muscle geometry against OpenSim along predictions, empty without predictions
     """
 
     channels: Channels | None
@@ -279,6 +282,7 @@ class Coordination:
     prediction_table: pd.DataFrame
     rhythm: pd.DataFrame
     files: CoordinationFiles
+    targets: Mapping[str, Any]
     judged: Judged | None = None
     ladder: pd.DataFrame = field(default_factory=pd.DataFrame)
     sensitivity: pd.DataFrame = field(default_factory=pd.DataFrame)
@@ -288,6 +292,7 @@ class Coordination:
     recovery: pd.DataFrame = field(default_factory=pd.DataFrame)
     uncalibrated: dict[str, str] = field(default_factory=dict)
     spreads: pd.DataFrame = field(default_factory=pd.DataFrame)
+    audit: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def emg_word(self) -> str:
@@ -306,6 +311,7 @@ def read_coordination(
     files: CoordinationFiles,
     models: Mapping[str, ModelRecord],
     published: Mapping[str, Mapping[str, Path]],
+    targets: Mapping[str, Any],
 ) -> Coordination:
     """Read all files.
 
@@ -313,6 +319,7 @@ def read_coordination(
     ----------
     files : any of them may be missing
     models : model records; published : files of published predictions; both by participant
+    targets : limits of config/targets.yaml
     """
     channels = read_channels(files.channels[0]) if files.channels else None
     predictions = _read_predictions(files, models)
@@ -337,7 +344,8 @@ def read_coordination(
         prediction_table=_read_table(files.prediction_summary),
         rhythm=_read_table(files.rhythm),
         files=files,
-        judged=_read_judged(files, tuple(models)),
+        targets=targets,
+        judged=_read_judged(files, tuple(models), targets),
         ladder=_read_table(files.ladder),
         sensitivity=_read_table(files.sensitivity),
         postures=_read_table(files.postures),
@@ -345,18 +353,22 @@ def read_coordination(
         tried=_read_table(files.tried),
         recovery=_read_table(files.recovery),
         spreads=_read_table(files.spreads),
+        audit=_read_table(files.geometry_audit),
     )
 
 
-def _read_judged(files: CoordinationFiles, participants: tuple[str, ...]) -> Judged | None:
+def _read_judged(
+    files: CoordinationFiles, participants: tuple[str, ...], targets: Mapping[str, Any]
+) -> Judged | None:
     if not files.against_recording:
         return None
     return read_judged(
-        files.targets[0],
+        targets,
         files.against_recording[0],
         files.against_published[0],
         participants,
         files.against_tasks,
+        files.rhythm,
     )
 
 

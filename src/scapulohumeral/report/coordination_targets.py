@@ -8,35 +8,29 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.report.coordination import Coordination
-from scapulohumeral.report.prediction.targets import prediction_verdicts
-from scapulohumeral.report.published.paper import (
+from scapulohumeral.quantities.paper import (
     CUFF_MUSCLES,
     CUFF_STABILITY_WEIGHT,
     PREDICTED_PARTICIPANT,
 )
+from scapulohumeral.report.coordination import Coordination
+from scapulohumeral.report.prediction.targets import prediction_verdicts
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 
-LARGEST_MEDIAN_ERROR = {"force": 0.05, "fibre": 0.03}
 KIND_NAMES = {"force": "maximum isometric force", "fibre": "optimal fibre length"}
-LEAST_COVERAGE = 0.8
-LEAST_MEAN_REDUCTION = 0.4
-LARGEST_INCREASE = 0.05
-LARGEST_KKT_ERROR = 1e-6
-LONGEST_SECONDS = 240.0
 
 
 def coordination_verdicts(coordination: Coordination) -> list[Verdict]:
     """Targets of the parts that this study has."""
-    verdicts = []
+    verdicts, limits = [], coordination.targets
     if coordination.calibrations or coordination.uncalibrated:
         verdicts.append(all_calibrated(coordination))
-        verdicts += calibration_verdicts(coordination.calibrations)
+        verdicts += calibration_verdicts(coordination.calibrations, limits["calibration"])
     if not coordination.validation.empty:
-        verdicts += validation_verdicts(coordination.validation)
+        verdicts += validation_verdicts(coordination.validation, limits["validation"])
     if not coordination.prediction_table.empty:
-        verdicts += solve_verdicts(coordination.prediction_table)
+        verdicts += solve_verdicts(coordination.prediction_table, limits["predictions"])
         if any(len(swept_weights(coordination, name)) > 1 for name in coordination.cases):
             verdicts.append(smallest_stable_weight(coordination))
     if coordination.judged is not None and coordination.judged.has_limits:
@@ -52,7 +46,9 @@ def all_calibrated(coordination: Coordination) -> Verdict:
     return Verdict("calibrations", value, "all converged", not failures, worse)
 
 
-def calibration_verdicts(calibrations: Mapping[str, Mapping[str, Any]]) -> list[Verdict]:
+def calibration_verdicts(
+    calibrations: Mapping[str, Mapping[str, Any]], limits: Mapping[str, Any]
+) -> list[Verdict]:
     """Errors against the plant and coverage of the intervals, worst participant.
 
     Measured EMG has no known answer; its participants are left out.
@@ -61,7 +57,7 @@ def calibration_verdicts(calibrations: Mapping[str, Mapping[str, Any]]) -> list[
     if not scored:
         return []
     verdicts = []
-    for kind, limit in LARGEST_MEDIAN_ERROR.items():
+    for kind, limit in limits["median_error"].items():
         name = (
             f"calibration to simulated EMG, {KIND_NAMES[kind]}: median error over the "
             "identifiable groups"
@@ -73,7 +69,7 @@ def calibration_verdicts(calibrations: Mapping[str, Mapping[str, Any]]) -> list[
         verdicts.append(_at_most(name, errors, limit, f" (identifiable: {counts})"))
     coverage = {p: scores["coverage90"] for p, scores in scored.items()}
     name = "calibration to simulated EMG: 90 % intervals that cover the truth"
-    return [*verdicts, _at_least(name, coverage, LEAST_COVERAGE)]
+    return [*verdicts, _at_least(name, coverage, limits["coverage"])]
 
 
 def _at_most(name: str, errors: Mapping[str, float | None], limit: float, note: str) -> Verdict:
@@ -114,14 +110,15 @@ def _root_mean(squares: pd.Series) -> float:
     return float(np.sqrt(squares.mean(skipna=False)))
 
 
-def validation_verdicts(validation: pd.DataFrame) -> list[Verdict]:
+def validation_verdicts(validation: pd.DataFrame, limits: Mapping[str, Any]) -> list[Verdict]:
     """Mean reduction over the channels, and channels that got worse."""
+    least, increase = limits["mean_reduction"], limits["increase"]
     table = channel_reductions(validation)
     known = table[table.reduction.notna()]
     unknown = tuple(f"{r.participant} {r.channel}" for r in named_rows(table.drop(known.index)))
     worse = tuple(
         f"{r.participant} {r.channel} {100 * r.reduction:+.0f} %"
-        for r in named_rows(known[known.reduction < -LARGEST_INCREASE])
+        for r in named_rows(known[known.reduction < -increase])
     )
     mean = float(table.reduction.mean(skipna=False))
     name = "validation on daily tasks: "
@@ -129,32 +126,34 @@ def validation_verdicts(validation: pd.DataFrame) -> list[Verdict]:
         Verdict(
             name + "mean reduction of the excitation-EMG RMSE over the channels",
             "not known: a solve has no result" if unknown else f"{100 * mean:.0f} %",
-            f"≥ {100 * LEAST_MEAN_REDUCTION:g} %",
-            mean >= LEAST_MEAN_REDUCTION,
+            f"≥ {100 * least:g} %",
+            mean >= least,
         ),
         Verdict(
             name + "channels whose RMSE grows",
-            f"{len(worse)} of {len(known)} by more than {100 * LARGEST_INCREASE:g} %",
-            f"none by more than {100 * LARGEST_INCREASE:g} %",
+            f"{len(worse)} of {len(known)} by more than {100 * increase:g} %",
+            f"none by more than {100 * increase:g} %",
             not (worse or unknown),
             worse + tuple(f"{channel} not known" for channel in unknown),
         ),
     ]
 
 
-def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
+def solve_verdicts(table: pd.DataFrame, limits: Mapping[str, Any]) -> list[Verdict]:
     """Status, certificates and time of all predictions.
 
     Parameters
     ----------
     table : rows of results/prediction/summary.csv
+    limits : section ``predictions`` of config/targets.yaml
     """
+    longest = limits["seconds"]
     solves = table.drop_duplicates(["participant", "condition"])
     solved = solves[solves.status == "optimal"]
     # What had nothing to be solved from took no time.
     tried = solves[solves.iterations > 0]
     uncertified = _names(solved[~solved.certified.astype(bool)])
-    slow = _names(solves[solves.seconds > LONGEST_SECONDS], "seconds", " s")
+    slow = _names(solves[solves.seconds > longest], "seconds", " s")
     failed = _names(solves[solves.status != "optimal"])
     return [
         Verdict(
@@ -166,7 +165,7 @@ def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
         ),
         Verdict(
             "predictions: solutions with a certificate (KKT error with exact derivatives at most "
-            f"{LARGEST_KKT_ERROR:.0e}, positive definite reduced Hessian)",
+            f"{limits['kkt_error']:.0e}, positive definite reduced Hessian)",
             f"{len(solved) - len(uncertified)} of {len(solved)}",
             "all",
             not uncertified,
@@ -175,7 +174,7 @@ def solve_verdicts(table: pd.DataFrame) -> list[Verdict]:
         Verdict(
             "predictions: time of a solve",
             f"at most {tried.seconds.max():.0f} s, median {tried.seconds.median():.0f} s",
-            f"≤ {LONGEST_SECONDS:g} s",
+            f"≤ {longest:g} s",
             not slow,
             slow,
         ),

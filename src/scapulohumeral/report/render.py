@@ -8,7 +8,7 @@ import numpy as np
 
 from scapulohumeral.report import chapters, tables
 from scapulohumeral.report.coordination_targets import coordination_verdicts
-from scapulohumeral.report.published.comparison import comparison
+from scapulohumeral.report.published.comparison import comparison, recovered
 from scapulohumeral.report.speed import speed_content
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import verdicts
@@ -39,13 +39,14 @@ def _content(study: Study) -> dict[str, Any]:
         # What fails comes first.
         "verdicts": sorted(
             [
-                *verdicts(study.summary, study.quality),
+                *verdicts(study.summary, study.quality, study.targets),
                 *coordination_verdicts(study.coordination),
             ],
             key=lambda verdict: verdict.holds,
         ),
         "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
+        "recovered": recovered(study.coordination),
         "emg": study.coordination.emg_word,
         "calibration": chapters.calibration_chapter(study),
         "validation": chapters.validation_chapter(study),
@@ -53,6 +54,7 @@ def _content(study: Study) -> dict[str, Any]:
         "player": chapters.player(study),
         "gap": chapters.gap_chapter(study),
         "tables": _tables(study),
+        "glossary": chapters.glossary(),
         "speed": speed_content(study.speed),
         "trials": [
             {
@@ -80,7 +82,6 @@ def _content(study: Study) -> dict[str, Any]:
 def _tables(study: Study) -> dict[str, tables.Table]:
     makers = (
         tables.masses,
-        tables.published_comparison,
         tables.tracking_errors,
         tables.solver,
         tables.cost_terms,

@@ -14,17 +14,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import Motion, participant_of, read_motion, read_participant
 from scapulohumeral.model.participant_file import list_participants
 from scapulohumeral.model.record import ModelRecord, read_record
 from scapulohumeral.ocp.solution import Solution, read_solution
-from scapulohumeral.provenance import CONFIG_FOLDER
+from scapulohumeral.provenance import CONFIG_FOLDER, last_commit
 from scapulohumeral.report.assumptions import Assumption, find_assumptions
 from scapulohumeral.report.coordination import Coordination, CoordinationFiles, read_coordination
 
 PUBLISHED = CONFIG_FOLDER / "participants"
+TARGETS = CONFIG_FOLDER / "targets.yaml"
 FORMULATIONS = ("quaternion", "euler")
 
 
@@ -45,6 +47,7 @@ class ReportFiles:
     diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
     real_cases : table of diagnoses whose cause is known, or none
     speed : records ``side_by_side.json``, ``peers.json``, ``kills.json``, as far as there are any
+    targets : limits that results are judged by
     """
 
     summary: Path
@@ -62,6 +65,7 @@ class ReportFiles:
     blind_scores: Sequence[Path] = ()
     real_cases: Sequence[Path] = ()
     speed: Sequence[Path] = ()
+    targets: Path = TARGETS
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +134,7 @@ class Study:
     diagnoses, blind_scores : documents of the gap diagnosis
     real_cases : one row per diagnosis of known cause; empty if none was made
     speed : records of runs beside the study, by name
+    targets : limits that results are judged by; fixed_in : the commit that last changed them
     """
 
     summary: pd.DataFrame
@@ -147,6 +152,8 @@ class Study:
     blind_scores: list[dict[str, Any]]
     real_cases: pd.DataFrame
     speed: dict[str, dict[str, Any]]
+    targets: Mapping[str, Any]
+    fixed_in: str
 
     @property
     def of_published(self) -> bool:
@@ -180,6 +187,7 @@ def read_study(files: ReportFiles) -> Study:
     models = {record.participant: record for record in map(read_record, files.models)}
     people = {path.parent.name: path.parents[1] for path in files.participants}
     published = {n: read_participant(folder, n).predictions for n, folder in people.items()}
+    targets = yaml.safe_load(files.targets.read_text(encoding="utf-8"))
     headers = [_read_json(folder / "header.json") for folder in files.equations]
     return Study(
         summary=pd.read_csv(files.summary),
@@ -191,12 +199,14 @@ def read_study(files: ReportFiles) -> Study:
         equations={header["formulation"]: header for header in headers},
         benchmarks=_read_benchmarks(files.benchmarks),
         assumptions=find_assumptions(files.sources),
-        coordination=read_coordination(files.coordination, models, published),
+        coordination=read_coordination(files.coordination, models, published, targets),
         equation_folders=files.equations,
         diagnoses=[_read_json(path) for path in files.diagnoses],
         blind_scores=[_read_json(path) for path in files.blind_scores],
         real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
         speed={path.stem: _read_json(path) for path in files.speed},
+        targets=targets,
+        fixed_in=last_commit(files.targets),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import pandas as pd
 
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
-from scapulohumeral.report.published.paper import (
+from scapulohumeral.quantities.paper import (
     BODY_MASS_MEAN_KG,
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,
@@ -19,6 +19,7 @@ from scapulohumeral.report.published.paper import (
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
+from scapulohumeral.report.words import in_words
 
 ARM_SEGMENTS = {
     "upper_arm": ("humerus_r",),
@@ -59,6 +60,23 @@ class Table:
     flagged: frozenset[int] = frozenset()
 
 
+@dataclass(frozen=True)
+class MeanError:
+    """A tracking error [deg], mean over `solves` of a formulation, and the paper's."""
+
+    formulation: str
+    key: str
+    solves: int
+    ours_deg: float
+    published_deg: float
+
+    @property
+    def why(self) -> str:
+        """Where a difference comes from."""
+        near = abs(self.ours_deg - self.published_deg) < AGREES_WITHIN_DEG
+        return f"agrees within {AGREES_WITHIN_DEG:g} deg" if near else REASONS[self.key]
+
+
 def named_rows(table: pd.DataFrame) -> list[Any]:
     """Rows of a table, whose columns are attributes."""
     return list(table.itertuples(index=False))
@@ -82,7 +100,7 @@ def solves(table: pd.DataFrame, names: Sequence[str], digits: int) -> Table:
         for row in table.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
-    return Table((*names, *numbers), rows, flagged)
+    return Table(tuple(map(in_words, (*names, *numbers))), rows, flagged)
 
 
 def number_or_none(value: float, digits: int = 2) -> str:
@@ -140,21 +158,14 @@ def mass_judgement(body_mass_kg: float, ratio: float, known: bool) -> str:
     return f"outside {lightest:.0f} to {heaviest:.0f} kg, two standard deviations of the group"
 
 
-def published_comparison(study: Study) -> Table:
+def mean_errors(study: Study) -> Iterator[MeanError]:
     """Mean tracking RMSE over all converged solves, next to the paper's."""
-    rows = []
     for formulation in FORMULATIONS:
         runs = study.solved(formulation)
         for key, published in TRACKING_RMSE_DEG.items():
             if runs:
                 ours = float(np.mean([run.summary[key] for run in runs]))
-                difference = ours - published[formulation]
-                near = abs(difference) < AGREES_WITHIN_DEG
-                why = f"agrees within {AGREES_WITHIN_DEG:g} deg" if near else REASONS[key]
-                cells = (f"{ours:.2f}", f"{published[formulation]:.2f}", f"{difference:+.2f}", why)
-                rows.append((formulation, MEASURE_NAMES[key], str(len(runs)), *cells))
-    columns = ("formulation", "measure", "solves", "here [deg]", "paper [deg]", "difference", "why")
-    return Table(columns, rows)
+                yield MeanError(formulation, key, len(runs), ours, published[formulation])
 
 
 def tracking_errors(study: Study) -> Table:
@@ -399,9 +410,9 @@ def _settings(solutions: Sequence[Solution]) -> dict[str, list[str]]:
     for solution in solutions:
         flat = dict(solution.header["settings"])
         weights = flat.pop("weights")
-        flat |= {f"weight {name.replace('_', ' ')}": value for name, value in weights.items()}
+        flat |= {f"weight {name}": value for name, value in weights.items()}
         for key, value in flat.items():
-            known = found.setdefault(key.replace("_", " "), [])
+            known = found.setdefault(in_words(key), [])
             if str(value) not in known:
                 known.append(str(value))
     return found

@@ -1,24 +1,18 @@
 """What the results must reach, and whether they do.
 
-The same targets are shown at the top of the report and tested on the results.
+Limits are those of config/targets.yaml. The same targets are shown at the top of the report and
+tested on the results.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-LARGEST_VIOLATION = 1e-6
-LARGEST_NORM_RMSE = 1e-10
-# Means over all converged quaternion solves [deg].
-LARGEST_MEAN_ERROR_DEG = {
-    "rmse_clavicle_deg": 3.5,
-    "rmse_thoracoscapular_deg": 4.5,
-    "angle_humerus_deg": 3.0,
-}
 MEASURE_NAMES = {
     "rmse_clavicle_deg": "clavicle without axial rotation, RMSE of the angles",
     "rmse_thoracoscapular_deg": "thoracoscapular, RMSE of the angles",
@@ -26,13 +20,6 @@ MEASURE_NAMES = {
     "angle_clavicle_deg": "clavicle, angle between the long axes",
     "angle_scapula_deg": "scapula, angle between the orientations",
     "angle_humerus_deg": "humerus, angle between the orientations",
-}
-# Over the muscle elements that wrap, per participant and formulation [mm]: median and worst.
-# Straight paths are exact and would flatter the median.
-LARGEST_GEOMETRY_ERROR_MM = {
-    "length_rmse_mm": (0.7, 2.5),
-    "arm_rmse_median_mm": (1.0, None),
-    "arm_rmse_worst_mm": (None, 5.0),
 }
 GEOMETRY_NAMES = {
     "length_rmse_mm": "muscle length",
@@ -59,24 +46,30 @@ class Verdict:
     worse: tuple[str, ...] = ()
 
 
-def verdicts(summary: pd.DataFrame, quality: pd.DataFrame) -> list[Verdict]:
-    """All targets.
+def verdicts(
+    summary: pd.DataFrame, quality: pd.DataFrame, limits: Mapping[str, Any]
+) -> list[Verdict]:
+    """All targets of tracking and muscle paths.
 
     Parameters
     ----------
     summary : one row per solve, columns as in results/tracking/summary.csv
     quality : muscle geometry with columns participant, formulation, path and errors
+    limits : config/targets.yaml, of which sections ``tracking`` and ``geometry`` count
     """
+    tracking, paths = limits["tracking"], limits["geometry"]
     solved = summary[summary.status == "optimal"]
     quaternion = solved[solved.formulation == "quaternion"]
-    means = [mean_error(quaternion, key, limit) for key, limit in LARGEST_MEAN_ERROR_DEG.items()]
+    means = [mean_error(quaternion, *limit) for limit in tracking["mean_error_deg"].items()]
     geometry = [
-        geometry_error(quality, key, kind, limit)
-        for key, limits in LARGEST_GEOMETRY_ERROR_MM.items()
-        for kind, limit in zip(("median", "max"), limits, strict=True)
-        if limit is not None
+        geometry_error(quality, key, kind, paths[section][key])
+        for key in GEOMETRY_NAMES
+        for kind, section in (("median", "median_mm"), ("max", "worst_mm"))
+        if key in paths[section]
     ]
-    return [all_solved(summary), violation(solved), *means, unit_norm(quaternion), *geometry]
+    norm = unit_norm(quaternion, tracking["norm_rmse"])
+    broken = violation(solved, tracking["constraint_violation"])
+    return [all_solved(summary), broken, *means, norm, *geometry]
 
 
 def run_names(rows: pd.DataFrame) -> tuple[str, ...]:
@@ -91,15 +84,15 @@ def all_solved(summary: pd.DataFrame) -> Verdict:
     return Verdict("solves", value, "all optimal", failed.empty, run_names(failed))
 
 
-def violation(solved: pd.DataFrame) -> Verdict:
+def violation(solved: pd.DataFrame, limit: float) -> Verdict:
     """No converged solve violates a constraint by more than allowed."""
-    return _largest(solved, "constraint_violation", LARGEST_VIOLATION, "constraint violation")
+    return _largest(solved, "constraint_violation", limit, "constraint violation")
 
 
-def unit_norm(quaternion: pd.DataFrame) -> Verdict:
+def unit_norm(quaternion: pd.DataFrame, limit: float) -> Verdict:
     """Quaternions keep unit length."""
     name = "deviation of quaternion norms from one, root mean square"
-    return _largest(quaternion, "norm_rmse", LARGEST_NORM_RMSE, name)
+    return _largest(quaternion, "norm_rmse", limit, name)
 
 
 def _largest(rows: pd.DataFrame, column: str, limit: float, name: str) -> Verdict:

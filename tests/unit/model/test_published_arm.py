@@ -14,13 +14,13 @@ from scapulohumeral.model.published_arm import (
     with_recorded_girdle,
 )
 from scapulohumeral.model.rotations import relative_angle, segment_orientations, trial_to_pose
+from scapulohumeral.quantities.paper import RHYTHM
 from scapulohumeral.quantities.rhythm import range_rhythm
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.report.published.paper import RHYTHM
 
 pytestmark = pytest.mark.unit
 

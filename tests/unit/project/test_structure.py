@@ -12,7 +12,7 @@ pytestmark = pytest.mark.unit
 # own, and from its own. Those in one row know nothing of each other.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors",),
-    ("documents", "templates", "cached_file", "linear_algebra"),
+    ("documents", "templates", "cached_file", "linear_algebra", "exit_codes"),
     ("provenance",),
     ("instructions",),
     ("model",),

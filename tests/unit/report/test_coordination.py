@@ -1,16 +1,24 @@
 """Chapters beyond tracking: calibration, validation and prediction, from a synthetic study."""
 
+import base64
+import io
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import synthetic_coordination
 import synthetic_study
+import yaml
 
+from scapulohumeral.model.published_arm import published_pose
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
+from scapulohumeral.quantities.published_distance import published_distances
+from scapulohumeral.report import study as study_module
 from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
 from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
 from scapulohumeral.report.coordination import (
@@ -28,38 +36,42 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
-from scapulohumeral.report.prediction.against import read_predictions
-from scapulohumeral.report.prediction.daily_tasks import COLUMNS
+from scapulohumeral.report.drawing.svg import Drawing
 from scapulohumeral.report.prediction.figures import (
     condition_label,
+    pauses,
     prediction_kinematics,
     published_angles,
 )
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
-from scapulohumeral.report.prediction.loading import sweep_figure
+from scapulohumeral.report.prediction.loading import _reach, sweep_figure
+from scapulohumeral.report.prediction.moments import group_force_figure, largest_push
 from scapulohumeral.report.prediction.tables import prediction_solves, starts
 from scapulohumeral.report.prediction.targets import TASKS
-from scapulohumeral.report.published import paper
 from scapulohumeral.report.published.comparison import (
     comparison,
     published_plane,
     published_rhythm_table,
+    recovered,
 )
 from scapulohumeral.report.render import render_report
 from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.tables import settings as settings_table
 from scapulohumeral.report.validation.figures import reduction_table, task_figures
+from scapulohumeral.stages.distances.against import read_predictions
+from scapulohumeral.stages.distances.daily_tasks import COLUMNS
 
 pytestmark = pytest.mark.unit
 
+TARGETS = yaml.safe_load(study_module.TARGETS.read_text(encoding="utf-8"))
 PLANES = ("frontal", "scapular", "sagittal")
 # Committed tables, and words that only they bring into the report.
 COMMITTED = {
     "reports/sensitivity.csv": "scapula of the start turned by -20 deg",
-    "reports/ladder.csv": "choice taken back",
+    "reports/ladder.csv": "Mean change of upward rotation over fixed elevations",
     "reports/static_postures.csv": "serr_ant +",
     "config/literature/moment_arms.csv": "Liu et al. 1997",
-    "config/literature/joint_force.csv": "implants at 90 deg",
+    "config/literature/joint_force.csv": "implants, mean peak",
 }
 # Fields that take them under another name.
 FIELDS = {"static_postures": "postures", "held_girdle": "held"}
@@ -185,6 +197,37 @@ def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     for label in ("predicted, healthy", "predicted, cuff-limited", "published, healthy"):
         assert f">{label}</text>" in figure.svg
     assert "doi:10.5281" in figure.caption
+
+
+def test_humeral_angles_that_mean_nothing_in_pauses_are_not_drawn(cases: Cases) -> None:
+    """Near the hanging arm they turn by half a circle, which would flatten all else."""
+    figure = prediction_kinematics(cases)
+    coded = figure.data_uri.split(",", 1)[1]
+    drawn = pd.read_csv(io.BytesIO(base64.b64decode(coded)), index_col="x")
+    start, end = pauses(cases.healthy)[0]
+    times = cases.healthy.solution.time_s
+    inside = drawn.loc[times[start] + 0.02 : times[end] - 0.02]
+    assert inside["humerus z: elevation (+) | predicted, healthy"].notna().any()
+    for column in drawn:
+        if column.startswith(("humerus y:", "humerus y':")):
+            assert inside[column].isna().all(), column
+            assert drawn[column].notna().any()
+    assert "another motion of the arm" in figure.caption
+    assert (
+        "another motion of the arm"
+        not in prediction_kinematics(replace(cases, published={})).caption
+    )
+
+
+def test_panels_hold_the_whole_path_of_the_force(cases: Cases) -> None:
+    """The point of the sweep is how far outside the rim the force comes."""
+    limit = 0.32
+    shear = replace(cases.healthy.load, path=np.full_like(cases.healthy.load.path, 0.9))
+    far = SimpleNamespace(record=cases.healthy.record, load=shear, planes=cases.healthy.planes)
+    assert 0.9 < _reach([far]) < 1.0
+    assert _reach([cases.healthy]) >= limit
+    shear.path[0] = 50.0
+    assert _reach([far]) < 2.0
 
 
 def test_shoulders_of_another_weight_have_another_label(cases: Cases) -> None:
@@ -354,7 +397,7 @@ def test_calibration_without_a_result_stands_first_and_enters_nothing(
 
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
     table = coordination.prediction_table.assign(certified=False, seconds=500.0)
-    _, certificates, times = solve_verdicts(table)
+    _, certificates, times = solve_verdicts(table, TARGETS["predictions"])
     assert not certificates.holds
     assert not times.holds
     assert "par2 healthy 500 s" in times.worse
@@ -363,7 +406,7 @@ def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination
 def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     table = coordination.validation.assign(rmse_calibrated=np.nan)
     assert channel_reductions(table).reduction.isna().all()
-    mean, worse = validation_verdicts(table)
+    mean, worse = validation_verdicts(table, TARGETS["validation"])
     assert not mean.holds
     assert mean.value == "not known: a solve has no result"
     assert not worse.holds
@@ -384,7 +427,7 @@ def test_worse_channel_is_named() -> None:
             "rmse_calibrated": [0.0, 0.0, 0.12, 0.12],
         }
     )
-    mean, worse = validation_verdicts(table)
+    mean, worse = validation_verdicts(table, TARGETS["validation"])
     assert mean.value == "40 %"
     assert worse.worse == ("par2 b -20 %",)
     assert channel_reductions(table).generic[0] == pytest.approx(np.sqrt(0.125))
@@ -432,7 +475,7 @@ def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
     document = synthetic_coordination.calibration("par2")
     document["groups"]["clavicular_trapezius"]["fibre"] |= {"plant": 0.99, "error": -0.192}
     changed = replace(coordination, calibrations={"par2": document})
-    why = {row[1]: row[5] for row in comparison(study, changed).rows if row[0] == "calibration"}
+    why = {row[1]: row[5] for row in recovered(changed).rows if row[0] == "calibration"}
     fibre = why["scaler of optimal fibre length, clavicular trapezius"]
     assert "a plant with 0.99" in fibre
     assert "differs by -19 %" in fibre
@@ -440,8 +483,20 @@ def test_scaler_is_compared_with_the_plant_where_that_is_not_as_published(
     assert "a plant with the published scaler" in force
     for entry in document["groups"]["clavicular_trapezius"].values():
         del entry["plant"]
-    measured = {row[1]: row[5] for row in comparison(study, changed).rows}
+    measured = {row[1]: row[5] for row in recovered(changed).rows}
     assert measured["scaler of optimal fibre length, clavicular trapezius"].startswith("other EMG")
+
+
+def test_what_simulated_emg_was_made_with_is_not_called_reproduced(
+    study: Study, coordination: Coordination
+) -> None:
+    parts = {"calibration", "validation"}
+    assert parts == {row[0] for row in recovered(coordination).rows}
+    assert parts.isdisjoint(row[0] for row in comparison(study, coordination).rows)
+    document = {**synthetic_coordination.calibration("par2"), "emg_simulated": False}
+    measured = replace(coordination, emg=[], calibrations={"par2": document})
+    assert not recovered(measured).rows
+    assert parts <= {row[0] for row in comparison(study, measured).rows}
 
 
 def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> None:
@@ -453,8 +508,8 @@ def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> No
     table = settings_table(replace(study, coordination=changed))
     assert table.columns == ("setting", "tracking", "validation", "prediction")
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["time step s"] == ("0.04", "0.04", "0.04")
-    assert rows["weight clavicle point m"] == ("0.5", "0.5", "")
+    assert rows["time step [s]"] == ("0.04", "0.04", "0.04")
+    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "")
     assert rows["weight strength exponent"] == ("", "", "1")
 
 
@@ -482,6 +537,19 @@ def test_published_motion_is_measured_like_the_reproduced(cases: Cases) -> None:
     assert scapular is not None
     assert scapular.peak_elevation_deg == pytest.approx(100.5, abs=1.5)
     assert published_plane(cases, "unknown", "frontal") is None
+    assert published_plane(cases, "healthy", "of_another_study") is None
+
+
+def test_published_motion_has_one_rhythm_wherever_it_is_told(cases: Cases) -> None:
+    pose = published_pose(cases.published["healthy"])
+    elsewhere = {
+        (c.plane, c.phase): c.published
+        for c in published_distances(pose, pose, {})
+        if c.quantity == "rhythm_signed"
+    }
+    for (plane, phase), value in elsewhere.items():
+        here = published_plane(cases, "healthy", plane).rhythm[phase].shr
+        assert here == pytest.approx(value, nan_ok=True), (plane, phase)
 
 
 def test_committed_tables_are_shown(html: str, html_of_tables: str) -> None:
@@ -511,6 +579,24 @@ def test_no_files_are_no_results() -> None:
     assert not any(vars(CoordinationFiles()).values())
 
 
+def test_elements_that_push_are_drawn_and_said(
+    cases: Cases, coordination: Coordination, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Passive fibres shorter than optimal push: the axis starts below zero and words say so."""
+    drawn = []
+    finish = Drawing.finish
+    monkeypatch.setattr(Drawing, "finish", lambda d, *text: drawn.append(d) or finish(d, *text))
+    force = cases.healthy.solution.muscle_force_N.copy()
+    force[3, -1] = -2.5
+    pushed = replace(cases.healthy, solution=replace(cases.healthy.solution, muscle_force_N=force))
+    others = tuple(p for p in cases.predictions if p.condition.name != "healthy")
+    figure = group_force_figure(replace(cases, predictions=(pushed, *others)))
+    assert "up to 2.5 N" in figure.caption
+    assert min(axes.get_ylim()[0] for axes in drawn[0].axes.flat) < -2.5
+    assert largest_push([pushed, *others]) == (2.5, "par2 healthy, supra_1")
+    assert largest_push(coordination.predictions) is None
+
+
 def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordination) -> None:
     files = coordination.files
     predictions = read_predictions(files.predictions, files.prediction_summaries)
@@ -528,7 +614,7 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     }
     assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
     assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
-    assert "springs" in ladder_figure(table).svg
+    assert "passive joints" in ladder_figure(table).svg
     rows = ladder_rows(table)
     assert len(rows.rows) == 9
     assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -62,12 +62,16 @@ def test_wrong_cause_of_a_null_misleads_too(table: pd.DataFrame) -> None:
     assert content["nulls"].flagged == {1}
 
 
-def test_another_movement_is_no_wrong_cause(table: pd.DataFrame) -> None:
+def test_another_movement_is_no_cause_but_told_where_it_is_wrong(table: pd.DataFrame) -> None:
     assert {NONE, NO_GAP, MOVED} == set(WORDS)
     table.loc[table.case == "load_shrug", "first"] = MOVED
     content = real_content(table)
     assert not content["confident_and_wrong"]
+    assert content["moved_and_wrong"] == ["load_shrug (68 %)"]
+    assert content["cases"].flagged == {1}
     assert content["cases"].rows[1][3] == "the movement was done differently (68 %)"
+    table.loc[table.case == "load_shrug", "right"] = True
+    assert not real_content(table)["moved_and_wrong"]
 
 
 def test_false_alarms_are_counted_with_their_interval(table: pd.DataFrame) -> None:

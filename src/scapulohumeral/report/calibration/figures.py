@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT, SCALERS
 from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.coordination_targets import KIND_NAMES
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
-from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT, SCALERS
 from scapulohumeral.report.tables import Table
 
 CALIBRATED = "#0072b2"

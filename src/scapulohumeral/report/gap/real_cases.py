@@ -11,11 +11,12 @@ from scapulohumeral.quantities.proportion import percent, wilson95
 from scapulohumeral.report.tables import Table
 
 NO_EFFECT, ARTEFACT = "no_effect", "artefact"
+MOVED = "control/movement_strategy"
 # Answers that name no cause on body or record.
 WORDS = {
     "none": "none of the known effects",
     "no_gap": "no gap",
-    "control/movement_strategy": "the movement was done differently",
+    MOVED: "the movement was done differently",
 }
 # As in the table: between labels of which one is right, and between sentences.
 OR, AND = " or ", " | "
@@ -53,7 +54,14 @@ def real_content(table: pd.DataFrame) -> dict[str, Any] | None:
         "nulls": _table(nulls),
         "alarms": _share([bool(row["present"]) for row in nulls if row["status"] != "failed"]),
         "failed": sum(row["status"] == "failed" for row in rows),
-        "confident_and_wrong": [row["case"] for row in rows if _misleads(row)],
+        "confident_and_wrong": [
+            row["case"] for row in rows if _misleads(row) and row["first"] != MOVED
+        ],
+        "moved_and_wrong": [
+            f"{row['case']} ({percent(row['first_p'])})"
+            for row in rows
+            if _misleads(row) and row["first"] == MOVED
+        ],
         "doubts": [
             {"case": row["case"], "texts": row["said"].split(AND)} for row in caused if row["said"]
         ],
@@ -88,8 +96,9 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _misleads(row: Mapping[str, Any]) -> bool:
-    """Whether a cause is named that is wrong, with confidence."""
-    if row["status"] != "ok" or not row["present"] or row["first"] in WORDS:
+    """Whether a cause, or another movement, is named that is wrong, with confidence."""
+    named = row["first"] == MOVED or row["first"] not in WORDS
+    if row["status"] != "ok" or not row["present"] or not named:
         return False
     return not row["right"] and row["first_p"] > CONFIDENT
 

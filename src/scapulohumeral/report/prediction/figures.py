@@ -15,17 +15,18 @@ from matplotlib.axes import Axes
 
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import Array, trial_to_pose
+from scapulohumeral.quantities.paper import COMPOSITE_ELEVATIONS_S
 from scapulohumeral.quantities.population import CITATION, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.rhythm import rising_part
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
+    SINGULAR_COLUMNS,
     SINGULAR_ELEVATION_DEG,
     thorax_angles,
 )
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.drawing.curves import on_branch, unwrap_deg
 from scapulohumeral.report.drawing.svg import COLOURS, LINES, Drawing, Picture, styled
-from scapulohumeral.report.published.paper import COMPOSITE_ELEVATIONS_S
 from scapulohumeral.report.tracking.figures import ANGLE_TITLES, GROUP_NAMES
 
 HEALTHY: dict[str, Any] = {"color": "#0072b2", "linewidth": 1.5, "zorder": 5}
@@ -203,6 +204,8 @@ def kinematics_figure(
         _draw_band(axes, about, column)
         for curves in (reference, *lines):
             angles = on_branch(curves.angles, curves.time_s, reference.angles, reference.time_s)
+            if column in SINGULAR_COLUMNS:
+                angles[_in_pauses(about, curves.time_s), column] = np.nan
             drawing.curve(axes, curves.label, curves.time_s, angles[:, column], **curves.line)
         _mark_pauses(axes, about)
         axes.set_ylabel("angle [deg]")
@@ -215,9 +218,30 @@ def kinematics_figure(
         name,
         f"Participant {about.participant}. {caption} Angles in the thorax, sequences as in "
         "tracking; the first and third angle of the humerus are left out below "
-        f"{SINGULAR_ELEVATION_DEG:g} deg of elevation. Between the planes the arm pauses (grey). "
-        f"Green band, while the arm rises: {CITATION}.",
+        f"{SINGULAR_ELEVATION_DEG:g} deg of elevation and in the pauses between the planes (grey), "
+        "where the arm hangs close to the singularity and may turn at will. "
+        f"Green band, while the arm rises: {CITATION}.{_published_note(lines)}",
     )
+
+
+def _published_note(lines: Sequence[Curves]) -> str:
+    """How published curves came to the clock and the arm of ours; empty without them."""
+    labels = {label for label, _ in PUBLISHED_LINES.values()}
+    if labels.isdisjoint(curves.label for curves in lines):
+        return ""
+    return (
+        " Published curves belong to another motion of the arm: elevations of other height and "
+        "speed, stretched in time so that each begins and ends with the one here."
+    )
+
+
+def _in_pauses(about: Prediction, time_s: Array) -> Array:
+    """Which times (T,) lie in no elevation, as truth values (T,)."""
+    outside = np.ones(len(time_s), dtype=bool)
+    for nodes in about.planes.values():
+        first, last = about.solution.time_s[nodes][[0, -1]]
+        outside &= (time_s < first - 1e-9) | (time_s > last + 1e-9)
+    return outside
 
 
 def _draw_band(axes: Axes, about: Prediction, column: int) -> None:
@@ -246,12 +270,13 @@ def pauses(about: Prediction) -> list[tuple[int, int]]:
 
 
 def _name_planes(drawing: Drawing, about: Prediction) -> None:
-    """Names of the planes inside the panels of the first row."""
+    """Names of the planes above the panels of the first row, between them and their titles."""
     for axes in drawing.axes[0]:
+        axes.set_title(axes.get_title(loc="left"), loc="left", pad=15.0)
         for plane, nodes in about.planes.items():
             middle = about.solution.time_s[nodes].mean()
             axes.text(
-                middle, 0.985, plane, transform=axes.get_xaxis_transform(), ha="center", va="top",
+                middle, 1.01, plane, transform=axes.get_xaxis_transform(), ha="center", va="bottom",
                 fontsize=7.5, color="#666666",
             )  # fmt: skip
 
@@ -290,7 +315,8 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
         f"upward_rotation_{cases.participant}",
         f"Participant {cases.participant}: upward rotation of the scapula over elevation of "
         "the arm, rise only. The rhythm is the slope: on a line of rhythm r, upward rotation grows "
-        f"by 1 deg per r + 1 deg of elevation. Green band: {CITATION}.",
+        f"by 1 deg per r + 1 deg of elevation. Green band: {CITATION}."
+        + (" Published curves belong to another motion of the arm." if published(cases) else ""),
     )
 
 

@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import yaml
-
-from scapulohumeral.provenance import last_commit
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,18 +16,19 @@ class Judged:
 
     Attributes
     ----------
-    targets : config/targets.yaml; fixed_in : the commit that last changed it
+    targets : config/targets.yaml
     recording, published : tables of results/prediction/against_*.csv
     tasks : the same of daily tasks, empty if none was predicted
+    rhythm : table results/prediction/shr.csv
     requested : participants whose predictions the study asks for
     """
 
     targets: Mapping[str, Any]
-    fixed_in: str
     recording: pd.DataFrame
     published: pd.DataFrame
     requested: tuple[str, ...]
     tasks: pd.DataFrame = field(default_factory=pd.DataFrame)
+    rhythm: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def has_limits(self) -> bool:
@@ -40,18 +38,19 @@ class Judged:
 
 
 def read_judged(
-    targets: Path,
+    targets: Mapping[str, Any],
     recording: Path,
     published: Path,
     requested: tuple[str, ...],
     tasks: Sequence[Path] = (),
+    rhythm: Sequence[Path] = (),
 ) -> Judged:
-    """Limits and distances from their files."""
+    """Distances from their files, with their limits."""
     return Judged(
-        targets=yaml.safe_load(targets.read_text(encoding="utf-8")),
-        fixed_in=last_commit(targets),
+        targets=targets,
         recording=pd.read_csv(recording),
         published=pd.read_csv(published),
         requested=requested,
         tasks=pd.concat([pd.DataFrame(), *map(pd.read_csv, tasks)]),
+        rhythm=pd.concat([pd.DataFrame(), *map(pd.read_csv, rhythm)]),
     )

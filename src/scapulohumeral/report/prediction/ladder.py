@@ -21,8 +21,9 @@ from scapulohumeral.quantities.segment_angles import (
     thorax_angles,
 )
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
-from scapulohumeral.report.prediction.against import Predicted
 from scapulohumeral.report.tables import Table, solves
+from scapulohumeral.report.words import step_in_words
+from scapulohumeral.stages.distances.against import Predicted
 
 WHOLE_RISE = "start-90"
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")
@@ -113,7 +114,7 @@ def _draw_rungs(
         panel.plot(values, places, markersize=4, **line)
         panel.axvline(values[0], color=line["color"], linewidth=0.6, alpha=0.6)
         drawing.keep(panel.get_title(loc="left"), label, places, values)
-    panel.set_yticks(places, part.step, fontsize=7)
+    panel.set_yticks(places, [step_in_words(step) for step in part.step], fontsize=7)
     panel.invert_yaxis()
 
 
@@ -145,9 +146,7 @@ def ladder_moves(table: pd.DataFrame) -> Table:
         before |= {plane: value for plane, value in way.items() if np.isfinite(value).any()}
         if not (solved.get(("alone", step), True) and solved["cumulative", step]):
             flagged.add(row)
-        rows.append(
-            (step.replace("_", " "), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes))
-        )
+        rows.append((step_in_words(step), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes)))
     columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
     return Table(("choice taken back", *columns), rows, frozenset(flagged))
 

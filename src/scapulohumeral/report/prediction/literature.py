@@ -18,14 +18,20 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.muscle_paths.geometry import load_geometry
 from scapulohumeral.quantities.moment_arms import movement_arms
-from scapulohumeral.quantities.rhythm import node_near
-from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
-from scapulohumeral.report.prediction.against import FORCE_LEVELS_DEG
+from scapulohumeral.quantities.rhythm import node_near, rising_part
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table
+from scapulohumeral.stages.distances.against import FORCE_LEVELS_DEG
 
 MM = 1e3
 CLAIMS = ("positive", "negative", "largest", "smallest")
+# Part of a rise over which an arm along the recorded motion is told [deg].
+RISE_DEG = (30.0, 70.0)
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,50 @@ def _arms(
             yield _judged(place, arms, elements, claim["claim"], forces.geometry.names)
 
 
+def pectoralis_words(study: Study) -> str:
+    """Whether pectoralis minor works against recorded upward rotation; empty without data.
+
+    At the acromioclavicular joint alone it turns the scapula upward, because it is inserted
+    medially of that joint. In a recorded rise the clavicle turns, too.
+    """
+    arms = []
+    for forces, (_, _, pose) in _recorded(study):
+        names = forces.geometry.names
+        elements = [k for k, name in enumerate(names) if name.startswith("pect_min")]
+        arm = arm_along_rise(forces, pose, elements) if elements else None
+        arms += [] if arm is None else [arm]
+    if not arms:
+        return ""
+    against = sum(arm < 0.0 for arm in arms)
+    return (
+        "Pectoralis minor turns the scapula upward at the acromioclavicular joint, with the "
+        "clavicle still, because its insertion at the coracoid lies medially of that joint; "
+        "anatomists mean the scapula on the thorax. With the clavicle moving as recorded, from "
+        f"{RISE_DEG[0]:g} to {RISE_DEG[1]:g} deg of elevation, it works against upward rotation in "
+        f"{against} of {len(arms)} recordings (arms {min(arms):.0f} to {max(arms):.0f} mm)."
+    )
+
+
+def arm_along_rise(forces: MuscleForces, pose: np.ndarray, elements: Sequence[int]) -> float | None:
+    """Shortening per recorded upward rotation, mean of elements [mm]; None if the arm stays low.
+
+    Parameters
+    ----------
+    pose : (N, 13) of a recorded elevation, of whose rise the part in `RISE_DEG` counts
+    """
+    angles = thorax_angles(pose)
+    rise = rising_part(angles[:, ELEVATION_COLUMN])
+    elevation = angles[rise, ELEVATION_COLUMN]
+    inside = (elevation >= RISE_DEG[0]) & (elevation <= RISE_DEG[1])
+    if np.count_nonzero(inside) < 2:
+        return None
+    poses = pose[rise][inside]
+    length, _ = forces.lengths(poses, np.zeros((len(poses), 10)))
+    upward = np.deg2rad(angles[rise, UPWARD_ROTATION_COLUMN][inside])
+    slope, _ = np.polyfit(upward, MM * length[:, list(elements)].mean(axis=1), 1)
+    return -float(slope)
+
+
 def _elements(forces: MuscleForces, claim: Mapping[Any, Any]) -> list[int]:
     names = list(forces.geometry.names)
     unknown = [name for name in claim["elements"].split() if name not in names]
@@ -164,14 +214,16 @@ def joint_forces(
     columns = (
         "participant", "variant", "plane", "arm rises to [deg]", "rest",
         *(f"at {level:g} deg" for level in FORCE_LEVELS_DEG), "largest",
-        "implants at 90 deg", "standard deviations from it",
+        "implants, mean peak", "standard deviations from it at 90 deg",
     )  # fmt: skip
     return Table(columns, rows)
 
 
 def _force_row(row: Mapping[Any, Any], known: pd.DataFrame) -> tuple[str, ...]:
     levels = [row[f"gh_force_{level:g}_bw"] for level in FORCE_LEVELS_DEG]
-    implants = known[(known.plane == row["plane"]) & (known.elevation_deg == FORCE_LEVELS_DEG[-1])]
+    implants = known[
+        (known.plane == row["plane"]) & (known.compared_at_deg == FORCE_LEVELS_DEG[-1])
+    ]
     there, away = "none", ""
     if not implants.empty:
         one = implants.iloc[0]

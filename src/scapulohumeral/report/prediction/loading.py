@@ -16,16 +16,18 @@ from scapulohumeral.quantities.joint_loading import (
     ANTERIOR_POSTERIOR_LIMIT,
     superior_inferior_limit,
 )
+from scapulohumeral.quantities.paper import ORTHOLOAD_BW
 from scapulohumeral.quantities.prediction_rows import peaks
 from scapulohumeral.quantities.rhythm import rhythm_by_plane
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.figures import compared, condition_label
-from scapulohumeral.report.published.paper import ORTHOLOAD_BW
 from scapulohumeral.report.tables import number_or_none
 
 PLANE_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
-RANGE = 1.25
+# Half the side of a panel in units of the superior limit: at least, and at most for large shear.
+RANGE, FARTHEST = 1.25, 2.5
+MARGIN = 1.05
 RIM_NOTE = (
     "Point of the glenoid at which the force of the humeral head is directed: shear over "
     "compression, seen from lateral; the ellipse is the rim. Points outside the "
@@ -42,9 +44,10 @@ def loading_figure(cases: Cases) -> Picture | None:
     shown = compared(cases, about)
     drawing = Drawing(1, 3, (12.5, 4.0), width_ratios=(1, 1, 2.1))
     ellipses, size = drawing.axes[0, :2], drawing.axes[0, 2]
+    reach = _reach([prediction for prediction, _ in shown.values()])
     for axes, (label, (prediction, _)) in zip(ellipses, shown.items(), strict=False):
         axes.set_title(f"{label}, w_GH {prediction.condition.w_gh:g}", loc="left")
-        _draw_path(drawing, axes, prediction)
+        _draw_path(drawing, axes, prediction, reach)
     ellipses[1].set_visible(len(shown) > 1)
     size.set_title("size of the joint force", loc="left")
     for label, (prediction, line) in shown.items():
@@ -92,7 +95,15 @@ def _coloured(planes: Iterable[str]) -> Iterator[tuple[str, str]]:
     return zip(planes, cycle(PLANE_COLOURS), strict=False)
 
 
-def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
+def _reach(predictions: Sequence[Prediction]) -> float:
+    """Half the side of panels that hold the paths of all predictions [1]."""
+    limit = superior_inferior_limit(predictions[0].record)
+    paths = [one.load.path[nodes] for one in predictions for nodes in one.planes.values()]
+    largest = float(np.nanmax(np.abs(np.concatenate(paths))))
+    return float(np.clip(MARGIN * largest, RANGE * limit, FARTHEST * limit))
+
+
+def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction, reach: float) -> None:
     limit = superior_inferior_limit(prediction.record)
     rim = Ellipse(
         (0, 0), 2 * ANTERIOR_POSTERIOR_LIMIT, 2 * limit, facecolor="#f4efe6",
@@ -107,7 +118,6 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction) -> None:
         times = prediction.solution.time_s[nodes]
         drawing.keep(panel, f"{plane}, superior", times, superior)
         drawing.keep(panel, f"{plane}, posterior", times, posterior)
-    reach = RANGE * limit
     # From lateral the front of a right shoulder is on the right.
     axes.set_xlim(reach, -reach)
     axes.set_ylim(-reach, reach)
@@ -121,13 +131,13 @@ def sweep_figure(cases: Cases) -> Picture | None:
     """Path of the force in the glenoid for each stability weight (figure of the supplement)."""
     if len(cases.sweep) < 2:
         return None
-    count = len(cases.sweep)
+    count, reach = len(cases.sweep), _reach(cases.sweep)
     drawing = Drawing(1, count, (2.55 * count, 3.4), sharex="all", sharey="all")
     for axes, prediction in zip(drawing.axes[0], cases.sweep, strict=True):
         largest = _largest_eccentricity(prediction)
         where = "inside" if largest <= 1.0 else "outside"
         axes.set_title(f"w_GH {prediction.condition.w_gh:g}: {largest:.2f}, {where}", loc="left")
-        _draw_path(drawing, axes, prediction)
+        _draw_path(drawing, axes, prediction, reach)
     for axes in drawing.axes[0, 1:]:
         axes.set_ylabel("")
     drawing.legend(_plane_entries(cases.sweep[0]))

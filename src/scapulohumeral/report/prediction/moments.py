@@ -149,7 +149,7 @@ def group_force_figure(cases: Cases) -> Picture | None:
         axes.set_title(GROUP_NAMES.get(group, group), loc="left")
         for label, (prediction, line) in shown.items():
             drawing.curve(axes, label, prediction.solution.time_s, forces[label][group], **line)
-        axes.set_ylim(bottom=0.0)
+        axes.axhline(0.0, color="#555555", linewidth=0.6, zorder=1)
     drawing.figure.supxlabel("time [s]")
     drawing.figure.supylabel("force, sum over the elements [N]")
     drawing.legend({label: line for label, (_, line) in shown.items()})
@@ -157,5 +157,38 @@ def group_force_figure(cases: Cases) -> Picture | None:
         f"muscle_forces_{cases.participant}",
         f"Participant {cases.participant}: force of each muscle, summed over its elements, active "
         "and passive. Elements of one muscle pull in different directions, so the sum is no "
-        "resultant. Panels have their own scales.",
+        "resultant. Panels have their own scales. "
+        + _pushing_words([one for one, _ in shown.values()]),
     )
+
+
+def _pushing_words(predictions: Sequence[Prediction]) -> str:
+    push = largest_push(predictions)
+    if push is None:
+        return ""
+    return (
+        "Below zero: the paper's passive curve pushes where fibres are shorter than optimal, a "
+        f"single element here by up to {push[0]:.1f} N."
+    )
+
+
+def largest_push(predictions: Sequence[Prediction]) -> tuple[float, str] | None:
+    """Largest negative force of a muscle element in solved predictions [N], and which has it.
+
+    The passive curve of the paper is below zero for fibres shorter than optimal (supplement,
+    muscle model), so an element without activation pushes its ends apart. None where none does.
+    """
+    pushes = [
+        (float(-one.solution.muscle_force_N.min()), _most_negative(one))
+        for one in predictions
+        if not one.failed
+    ]
+    largest = max(pushes, default=(0.0, ""))
+    return largest if largest[0] > 0.0 else None
+
+
+def _most_negative(prediction: Prediction) -> str:
+    """Participant, condition and element of the most negative force."""
+    element = int(prediction.solution.muscle_force_N.min(axis=0).argmin())
+    muscle = prediction.solution.muscles[element]
+    return f"{prediction.participant} {prediction.condition.name}, {muscle}"

@@ -22,8 +22,8 @@ from scapulohumeral.quantities.segment_angles import (
     thorax_angles,
 )
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
-from scapulohumeral.report.prediction.against import Predicted
 from scapulohumeral.report.tables import Table, solves
+from scapulohumeral.stages.distances.against import Predicted
 
 # Elevations of the rising arm at which upward rotation is compared [deg].
 LEVELS_DEG = (15.0, 45.0, 70.0)

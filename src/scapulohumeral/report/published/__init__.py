@@ -1,1 +1,1 @@
-"""What was published: by the paper, and of healthy people."""
+"""Published numbers beside the reproduced ones, and why they differ."""

@@ -9,8 +9,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.published_arm import (
+    PUBLISHED_PLANES,
+    PUBLISHED_RISES,
+    published_pose,
+)
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.rhythm import SHARED, PhaseRhythm, phase_rhythm, rhythm_by_plane
-from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
 from scapulohumeral.report.coordination import Cases, Coordination, Prediction
 from scapulohumeral.report.coordination_targets import (
     KIND_NAMES,
@@ -18,28 +28,26 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     swept_weights,
 )
-from scapulohumeral.report.prediction.figures import published_angles
-from scapulohumeral.report.published import paper
+from scapulohumeral.report.published.rhythm_cause import RhythmCell, rhythm_cause
 from scapulohumeral.report.study import Study
-from scapulohumeral.report.tables import Table, number_or_none, published_comparison
+from scapulohumeral.report.tables import Table, mean_errors, number_or_none
+from scapulohumeral.report.targets import MEASURE_NAMES
 
 # Upward rotations that differ by less tell the same story: share of the published one, but at least
 # so many degrees.
 SAME_SHARE = 0.2
 SAME_DEG = 1.0
-# Largest part of an elevation that may be missing at the end of a published motion [s].
-LATEST_END_S = 0.3
 LARGEST_PUBLISHED_NORM_RMSE = 1e-14
 COLUMNS = ("part", "quantity", "published", "reproduced", "difference", "why")
 
 
 @dataclass(frozen=True)
 class PublishedPlane:
-    """One elevation of a published prediction, measured as the reproduced ones are.
+    """One elevation of a published prediction.
 
     Attributes
     ----------
-    rhythm : by phase
+    rhythm : by phase, over the authors' window of the rise
     peak_elevation_deg, peak_upward_rotation_deg : largest values of the motion
     """
 
@@ -49,13 +57,16 @@ class PublishedPlane:
 
 
 def comparison(study: Study, coordination: Coordination) -> Table:
-    """All published numbers, as far as this study has their counterparts."""
+    """All published numbers, as far as this study has their counterparts.
+
+    Without those that simulated EMG puts in, see :func:`recovered`.
+    """
     rows = [*_tracking_rows(study), *_norm_rows(study)]
-    rows += _scaler_rows(coordination)
-    rows += _validation_rows(coordination)
+    if coordination.emg_word == "EMG":
+        rows += _emg_rows(coordination)
     cases = coordination.cases.get(paper.PREDICTED_PARTICIPANT)
     if cases is not None and cases.healthy is not None:
-        rows += _rhythm_rows(cases)
+        rows += _rhythm_rows(coordination, cases)
         rows += _upward_rotation_rows(cases)
         rows += _force_rows(cases)
         rows += _clavicle_rows(cases)
@@ -63,24 +74,32 @@ def comparison(study: Study, coordination: Coordination) -> Table:
     return Table(COLUMNS, rows)
 
 
-def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | None:
-    """One elevation of a published prediction, at the nodes of the reproduced composite motion.
+def recovered(coordination: Coordination) -> Table:
+    """Published numbers that simulated EMG was made with, and what calibration finds of them.
 
-    The published table holds twelve frames a second; angles between them are interpolated linearly.
+    No rows with measured EMG, which knows nothing of them.
     """
-    about = cases.healthy
-    if about is None or name not in cases.published:
+    rows = _emg_rows(coordination) if coordination.emg_word != "EMG" else []
+    return Table(COLUMNS, rows)
+
+
+def _emg_rows(coordination: Coordination) -> list[tuple[str, ...]]:
+    return [*_scaler_rows(coordination), *_validation_rows(coordination)]
+
+
+def published_plane(cases: Cases, name: str, plane: str) -> PublishedPlane | None:
+    """One elevation of a published prediction, at the nodes of the authors' mesh.
+
+    Rhythm is told of the window in which the authors measure it, as in the table of quantities on
+    the published arm: before it begins the arm waits, and the scapula may move.
+    """
+    if name not in cases.published or plane not in PUBLISHED_RISES:
         return None
-    known, angles = published_angles(cases, cases.published[name])
-    times = about.solution.time_s[about.planes[plane]]
-    if not len(known) or known[0] > times[0] or known[-1] < times[-1] - LATEST_END_S:
-        return None
-    elevation, upward = (
-        np.interp(times, known, angles[:, column])
-        for column in (ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN)
-    )
-    phases = {phase.phase: phase for phase in phase_rhythm(elevation, upward)}
-    return PublishedPlane(phases, float(elevation.max()), float(upward.max()))
+    angles = thorax_angles(published_pose(cases.published[name]))
+    rise, whole = (slice(*limits[plane]) for limits in (PUBLISHED_RISES, PUBLISHED_PLANES))
+    elevation, upward = angles[:, ELEVATION_COLUMN], angles[:, UPWARD_ROTATION_COLUMN]
+    phases = {phase.phase: phase for phase in phase_rhythm(elevation[rise], upward[rise])}
+    return PublishedPlane(phases, float(elevation[whole].max()), float(upward[whole].max()))
 
 
 def _row(
@@ -92,14 +111,11 @@ def _row(
     return (part, quantity, *numbers, why)
 
 
-def _tracking_rows(study: Study) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
-    for formulation, measure, count, ours, printed, difference, why in published_comparison(
-        study
-    ).rows:
-        quantity = f"{measure}, {formulation}, mean of {count} solves [deg]"
-        rows.append(("tracking", quantity, printed, ours, difference, why))
-    return rows
+def _tracking_rows(study: Study) -> Iterable[tuple[str, ...]]:
+    for error in mean_errors(study):
+        measure = MEASURE_NAMES[error.key]
+        quantity = f"{measure}, {error.formulation}, mean of {error.solves} solves [deg]"
+        yield _row("tracking", quantity, error.published_deg, error.ours_deg, error.why)
 
 
 def _norm_rows(study: Study) -> list[tuple[str, ...]]:
@@ -172,7 +188,7 @@ def _validation_rows(coordination: Coordination) -> Iterable[tuple[str, ...]]:
         )
 
 
-def _rhythm_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
+def _rhythm_rows(coordination: Coordination, cases: Cases) -> Iterable[tuple[str, ...]]:
     for name, prediction in (("healthy", cases.healthy), ("rc_limited", cases.cuff)):
         if prediction is None:
             continue
@@ -182,8 +198,13 @@ def _rhythm_rows(cases: Cases) -> Iterable[tuple[str, ...]]:
             if published is not None:
                 word = "healthy" if name == "healthy" else "cuff-limited"
                 quantity = f"rhythm, {word}, {phase.plane} plane, {phase.phase} deg"
-                why = _rhythm_reason(cases, name, published, phase)
-                yield _row("prediction", quantity, published, phase.shr, why)
+                why = [_rhythm_reason(cases, name, published, phase)]
+                if coordination.judged is not None:
+                    own = RhythmCell(prediction.condition.name, phase.plane, phase.phase, published)
+                    tables = coordination.judged.published, coordination.ladder
+                    why.append(rhythm_cause(own, phase.shr_range, *tables))
+                text = "; ".join(filter(None, why))
+                yield _row("prediction", quantity, published, phase.shr, text)
 
 
 def _rhythm_reason(cases: Cases, name: str, published: float, phase: PhaseRhythm) -> str:
@@ -198,7 +219,7 @@ def _rhythm_reason(cases: Cases, name: str, published: float, phase: PhaseRhythm
     if plane is not None:
         measured = plane.rhythm[phase.phase]
         ratio = number_or_none(measured.shr)
-        parts.append(f"the published motion, measured as here: {ratio}")
+        parts.append(f"the published motion by signed ends, in the authors' window: {ratio}")
     return "; ".join(part for part in parts if part)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scapulohumeral.model.rotations import Array, trial_to_pose
+from scapulohumeral.quantities.paper import GIMBAL_MUSCLES
 from scapulohumeral.quantities.segment_angles import (
     ELEVATION_COLUMN,
     SINGULAR_ELEVATION_DEG,
@@ -32,7 +33,6 @@ from scapulohumeral.report.drawing.svg import (
     Picture,
     styled,
 )
-from scapulohumeral.report.published.paper import GIMBAL_MUSCLES
 from scapulohumeral.report.study import Run, TrialRuns
 
 # Names of the columns of `thorax_angles`, and what a positive angle means.
@@ -253,7 +253,8 @@ def reaction_figure(trials: list[TrialRuns]) -> Picture:
         for run in trial.runs.values():
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
             drawing.curve(axes, run_label(run), run.solution.time_s, force, **run_line(run))
-        axes.set_ylim(bottom=0.0)
+    # A limit of one panel is that of all. Set before all are drawn, it would crop later peaks.
+    drawing.axes.flat[0].set_ylim(bottom=0.0)
     drawing.figure.supxlabel("time [s]")
     drawing.figure.supylabel("reaction [N]")
     drawing.legend({run_label(r): run_line(r) for t in trials for r in t.runs.values()})

@@ -11,10 +11,10 @@ import numpy as np
 
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.quantities.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN
 from scapulohumeral.report.drawing.curves import largest_bend, largest_step, passes_gimbal_lock
 from scapulohumeral.report.drawing.svg import Picture
-from scapulohumeral.report.published.paper import GIMBAL_CASE, GIMBAL_MUSCLES
 from scapulohumeral.report.study import FORMULATIONS, Study, TrialRuns
 from scapulohumeral.report.tables import Table
 from scapulohumeral.report.tracking.figures import gimbal_figure
@@ -105,6 +105,14 @@ def ratio(euler: float, quaternion: float) -> float:
     return euler / quaternion if quaternion > 0.0 else np.inf
 
 
+def _which(spiky: list[str]) -> str:
+    if not spiky:
+        return "none has one"
+    if len(spiky) == len(GIMBAL_MUSCLES):
+        return "both have one"
+    return f"{spiky[0]} alone has one"
+
+
 def spike_sentence(trial: TrialRuns) -> str:
     """Whether the activations of the paper's two elements spike with Euler angles."""
     parts, spiky = [], []
@@ -115,9 +123,8 @@ def spike_sentence(trial: TrialRuns) -> str:
         if times > SPIKE_RATIO:
             spiky.append(muscle)
     verdict = (
-        f"Euler angles spike in {' and '.join(spiky)}, as in the paper."
-        if spiky
-        else "The spike of the paper is not found here."
+        f"Of the two elements in which the paper finds spikes with Euler angles, {_which(spiky)} "
+        "here."
     )
     return (
         f"{verdict} Largest second difference of the activation between nodes, Euler angles "

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT, VALIDATION_RMSE
 from scapulohumeral.report.coordination import Coordination
-from scapulohumeral.report.coordination_targets import LARGEST_INCREASE, channel_reductions
+from scapulohumeral.report.coordination_targets import channel_reductions
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.prediction.figures import EMG_LINE, GENERIC, HEALTHY
-from scapulohumeral.report.published.paper import PREDICTED_PARTICIPANT, VALIDATION_RMSE
 from scapulohumeral.report.tables import Table, named_rows
 
 LINES = {"generic": GENERIC, "calibrated": HEALTHY}
@@ -20,10 +20,11 @@ SHOWN_TASK = "shelf_reaching"
 
 def reduction_table(coordination: Coordination) -> Table:
     """Error per channel over all daily tasks, next to the published one."""
+    increase = coordination.targets["validation"]["increase"]
     rows: list[tuple[str, ...]] = []
     flagged: set[int] = set()
     for row in named_rows(channel_reductions(coordination.validation)):
-        if not row.reduction >= -LARGEST_INCREASE:
+        if not row.reduction >= -increase:
             flagged.add(len(rows))
         known = row.participant == PREDICTED_PARTICIPANT and row.channel in VALIDATION_RMSE
         before, after = VALIDATION_RMSE[row.channel] if known else (np.nan, np.nan)

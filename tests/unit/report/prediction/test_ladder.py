@@ -27,10 +27,10 @@ def test_moves_are_from_the_start_and_from_the_last_rung_that_converged():
     ]
     found = ladder_moves(pd.DataFrame(rungs))
     assert list(found.rows) == [
-        ("effort", "+2.0", "+2.0"),
-        ("conoid", "-1.0", ""),
-        ("box", "", "+0.5"),
-        ("serratus path", "", "+4.5"),
+        ("what an activation costs", "+2.0", "+2.0"),
+        ("conoid ligament", "-1.0", ""),
+        ("fence around recorded coordinates", "", "+0.5"),
+        ("path of serratus, paths by hand", "", "+4.5"),
     ]
     assert found.flagged == {1, 3}
 
@@ -39,4 +39,6 @@ def test_elevations_that_one_rung_does_not_reach_do_not_count():
     high, low = rung("start", "published", 10.0), rung("alone", "arm", 11.0)
     low[f"ur_{LEVELS_DEG[-1]:g}_deg"] = np.nan
     way = {**low, "kind": "cumulative"}
-    assert ladder_moves(pd.DataFrame([high, low, way])).rows == [("arm", "+1.0", "+1.0")]
+    assert ladder_moves(pd.DataFrame([high, low, way])).rows == [
+        ("motion of the arm", "+1.0", "+1.0")
+    ]

@@ -8,10 +8,18 @@ import pytest
 from places import REPOSITORY
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.model.motion import read_motion
+from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
 from scapulohumeral.report.prediction.literature import (
     CLAIMS,
     _elements,
     _judged,
+    arm_along_rise,
     joint_forces,
 )
 
@@ -38,6 +46,22 @@ def test_claims_are_judged_by_sign_of_the_mean_or_by_the_extreme(claim, elements
     arm = _judged("par2 frontal 30 deg", np.array([20.0, -5.0, -30.0]), elements, claim, NAMES)
     assert arm.holds == holds
     assert arm.extreme == {"largest": "supra_1 20", "smallest": "infra_1 -30"}.get(claim, "")
+
+
+def test_arm_along_a_recorded_rise_is_shortening_per_upward_rotation():
+    """An element that lengthens by 20 mm per radian works against the rotation by 20 mm."""
+    folder = REPOSITORY / "config/participants/par2"
+    pose = trial_to_pose(read_motion(folder / "frontal.csv").angles_rad)
+
+    def lengths(pose, _):
+        upward = np.deg2rad(thorax_angles(pose)[:, UPWARD_ROTATION_COLUMN])
+        return np.stack([0.1 + 0.02 * upward, 0.3 - 0.01 * upward], axis=1), None
+
+    forces = SimpleNamespace(lengths=lengths)
+    assert arm_along_rise(forces, pose, [0]) == pytest.approx(-20.0)
+    assert arm_along_rise(forces, pose, [0, 1]) == pytest.approx(-5.0)
+    low = pose[thorax_angles(pose)[:, ELEVATION_COLUMN] < 25.0]
+    assert arm_along_rise(forces, low, [0]) is None
 
 
 def test_unknown_elements_and_claims_are_refused():

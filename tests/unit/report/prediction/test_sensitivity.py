@@ -7,12 +7,12 @@ from synthetic_study import solution
 from scapulohumeral.problems.changed_tracking import changed_tracking
 from scapulohumeral.problems.sensitivity import Case
 from scapulohumeral.problems.solution_mesh import on_mesh
-from scapulohumeral.report.prediction.against import Predicted
 from scapulohumeral.report.prediction.sensitivity import (
     sensitivity_rows,
     sensitivity_table,
     tornado,
 )
+from scapulohumeral.stages.distances.against import Predicted
 
 pytestmark = pytest.mark.unit
 

@@ -7,10 +7,12 @@ import pytest
 import yaml
 from places import REPOSITORY
 
+from scapulohumeral.quantities import paper, population
 from scapulohumeral.quantities.recordings_apart import Apart
-from scapulohumeral.report.prediction.against import with_audit
-from scapulohumeral.report.prediction.daily_tasks import ANGLES
+from scapulohumeral.report.prediction.audit import audit_rows
+from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.prediction.judged import Judged
+from scapulohumeral.report.prediction.rhythm_targets import rhythm_verdicts
 from scapulohumeral.report.prediction.targets import (
     PLANES,
     TASKS,
@@ -23,6 +25,8 @@ from scapulohumeral.report.prediction.targets import (
     task_verdicts,
     uncertified_solves,
 )
+from scapulohumeral.stages.distances.against import with_audit
+from scapulohumeral.stages.distances.daily_tasks import ANGLES
 
 pytestmark = pytest.mark.unit
 
@@ -80,13 +84,22 @@ def test_participant_without_solution_fails_and_is_named():
     missed = failed(recording_verdicts(TARGETS["against_recording"], table))
     assert missed
     assert all(name.startswith("par3") for name in missed)
-    judged = Judged(TARGETS, "somewhere", table, pd.DataFrame(), ("par1", "par2", "par3"))
+    judged = Judged(TARGETS, table, pd.DataFrame(), ("par1", "par2", "par3"))
     rows = {row[0]: row[1:] for row in participants_table(judged).rows}
     assert rows["par3"] == ("yes", "no", "no", "no solution")
     assert rows["par2"] == ("yes", "yes", "yes", "")
     doubted = replace(judged, recording=table.assign(certified=table.participant != "par2"))
     rows = {row[0]: row[1:] for row in participants_table(doubted).rows}
     assert rows["par2"] == ("yes", "no", "no", "no certificate")
+
+
+def test_a_solved_participant_that_is_not_usable_has_its_missed_limits_named():
+    table = recording(ur_bias_rest_deg=-4.1, in_band_share=0.5)
+    judged = Judged(TARGETS, table, pd.DataFrame(), ("par1", "par2", "par3"))
+    rows = {row[0]: row[1:] for row in participants_table(judged).rows}
+    missed = "limits missed: upward rotation at rest, healthy band"
+    assert rows["par2"] == ("yes", "yes", "no", missed)
+    assert rows["par1"] == ("yes", "yes", "yes", "")
 
 
 def test_limits_are_not_met_by_asking_for_less():
@@ -170,24 +183,44 @@ def test_an_arm_that_never_hangs_is_named_and_does_not_hide_the_others():
     assert next(force_verdicts(limits, table)).value == "no prediction"
 
 
-def test_joint_force_is_judged_at_rest_and_against_implants():
-    limits = TARGETS["joint_force"]
-    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0)
+def with_forces(**changes: float) -> pd.DataFrame:
+    """Recorded arms of all participants and the published arm of par2, all within their limits."""
+    table = recording().assign(gh_force_rest_bw=9.0, gh_force_peak_bw=60.0, arm_peak_deg=95.0)
+    table = table.assign(gh_force_90_bw=table.plane.map({"frontal": 80.0, "sagittal": 70.0}))
     high = table[table.participant == "par2"].assign(variant="study_arm", arm="published")
-    # Implants were measured at 90 deg; what the arm above does is judged nowhere.
-    high = high.assign(gh_force_90_bw=[85.3 + 27.0, 50.0, 71.0 - 8.9], gh_force_peak_bw=200.0)
-    both = pd.concat([table, high])
-    assert failed(force_verdicts(limits, both)) == [
-        "glenohumeral force at 90 deg against implants, published arm, frontal plane"
-    ]
-    low = force_verdicts(limits, pd.concat([table, high.assign(gh_force_90_bw=float("nan"))]))
-    assert [(one.value, one.holds) for one in low][1:] == [("arm too low", False)] * 2
-    heavy = both.assign(gh_force_rest_bw=10.1)
-    assert len(failed(force_verdicts(limits, heavy))) == 2
-    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 3
+    # What the arm above 90 deg does is judged nowhere.
+    return pd.concat([table, high.assign(gh_force_peak_bw=200.0)], ignore_index=True).assign(
+        **changes
+    )
 
 
-def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
+def test_joint_force_is_judged_at_rest_and_against_implants():
+    limits, table = TARGETS["joint_force"], with_forces()
+    assert not failed(force_verdicts(limits, table))
+    own = (table.variant == "study") & (table.plane == "frontal")
+    table.loc[own & (table.participant == "par3"), "gh_force_90_bw"] = 85.3 + 27.0
+    (missed,) = (one for one in force_verdicts(limits, table) if not one.holds)
+    assert missed.name == (
+        "glenohumeral force at 90 deg (assumed) against implants, recorded arms, frontal plane"
+    )
+    assert missed.worse == ("par3 112.3 %BW",)
+    (name,) = failed(force_verdicts(limits, with_forces(gh_force_rest_bw=10.1)))
+    assert "at rest" in name
+    assert len(failed(force_verdicts(limits, pd.DataFrame()))) == 5
+
+
+def test_arms_that_end_below_the_implants_are_named_and_judged_nowhere():
+    limits, table = TARGETS["joint_force"], with_forces()
+    low = (table.variant == "study") & (table.participant == "par2") & (table.plane == "frontal")
+    table.loc[low, ["gh_force_90_bw", "arm_peak_deg"]] = [float("nan"), 70.6]
+    held = [one for one in force_verdicts(limits, table) if "recorded arms, frontal" in one.name]
+    assert [one.holds for one in held] == [True]
+    assert "par2 ends at 71 deg: arm too low" in held[0].value
+    none = force_verdicts(limits, with_forces(gh_force_90_bw=float("nan")))
+    assert [one.holds for one in none] == [True, False, False, False, False]
+
+
+def test_effect_of_the_cuff_is_stated_at_equal_weight_and_is_no_target():
     rows = [
         {
             "variant": variant, "condition": condition, "quantity": quantity, "plane": "frontal",
@@ -199,12 +232,52 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_whatever_its_sign():
             ("cuff_w10", "upward_rotation_fall_equal_weight_deg"),
         )
     ]  # fmt: skip
-    stated = list(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows)))
-    assert [verdict.value for verdict in stated] == ["frontal -1.5 deg"] * 4
-    assert all(verdict.holds for verdict in stated)
-    assert len(failed(cuff_effects(TARGETS["cuff_effect"], pd.DataFrame(rows[:3])))) == 1
-    one = {**TARGETS["cuff_effect"], "variants": ["published"]}
-    assert len(list(cuff_effects(one, pd.DataFrame(rows)))) == 2
+
+    def stated(rows: list[dict], targets: dict = TARGETS):
+        return cuff_effects(Judged(targets, recording(), pd.DataFrame(rows), ("par2",)))
+
+    table = stated(rows)
+    assert [row[2] for row in table.rows] == ["-1.5"] * 4
+    assert not table.flagged
+    assert stated(rows[:3]).flagged == {3}
+    assert stated(rows[:3]).rows[3][2:] == ("no prediction",) * 3
+    one = {**TARGETS, "cuff_effect": {**TARGETS["cuff_effect"], "variants": ["published"]}}
+    assert len(stated(rows, one).rows) == 2
+
+
+def own_rhythm(**changes: float) -> pd.DataFrame:
+    """Rhythm as printed and, over the rise, as of people; `changes` in one plane of par3."""
+    rows = []
+    for participant in ("par1", "par2", "par3"):
+        for condition, printed in (("healthy", "healthy"), ("cuff_w10", "rc_limited")):
+            for plane, phases in paper.RHYTHM[printed].items():
+                for phase, value in phases.items():
+                    mean, sd, _ = population.RHYTHM[plane][phase]
+                    row = {"participant": participant, "condition": condition, "plane": plane}
+                    row |= {"phase": phase, "shr": mean + 0.9 * sd, "shr_range": 1.19 * value}
+                    changed = (participant, plane) == ("par3", "frontal")
+                    rows.append(row | (changes if changed else {}))
+    return pd.DataFrame(rows)
+
+
+def test_own_rhythm_is_judged_by_the_printed_table_and_by_people():
+    limits = TARGETS["own_rhythm"]
+    assert not failed(rhythm_verdicts(limits, own_rhythm()))
+    printed, people = rhythm_verdicts(limits, own_rhythm(shr=float("nan")))
+    assert printed.holds
+    assert people.value == "8 of 9"
+    assert people.worse == ("par3 frontal: no rhythm for 2.10 ± 0.42",)
+    table = own_rhythm()
+    table.loc[table.index[table.participant == "par2"][:7], "shr_range"] *= 1.1
+    printed, people = rhythm_verdicts(limits, table)
+    assert (printed.value, printed.holds, people.holds) == ("17 of 24", False, True)
+
+
+def test_rhythm_of_planes_that_were_not_asked_for_is_missed():
+    limits, table = TARGETS["own_rhythm"], own_rhythm()
+    fewer = list(rhythm_verdicts(limits, table[table.plane != "frontal"]))
+    assert [one.value for one in fewer] == ["16 of 24", "6 of 9"]
+    assert len(failed(fewer)) == len(failed(rhythm_verdicts(limits, pd.DataFrame()))) == 2
 
 
 def test_solves_of_every_variant_need_a_certificate():
@@ -221,12 +294,28 @@ def test_solves_of_every_variant_need_a_certificate():
     assert not uncertified_solves(limits, pd.DataFrame()).holds
 
 
-def test_poses_outside_the_fit_pass_where_opensim_agrees():
-    limits, table = TARGETS["against_recording"], recording(outside_fit_share=0.4)
+@pytest.mark.parametrize(
+    ("share", "error_mm", "missed"),
+    [(0.0, 2.9, 0), (0.0, 3.1, 1), (0.4, 2.9, 1), (0.0, float("nan"), 0), (0.4, float("nan"), 1)],
+)
+def test_muscle_paths_need_fitted_poses_and_lengths_as_opensim_has_them(share, error_mm, missed):
+    """An error of length counts inside the fitted poses, too, where it was audited."""
+    limits, table = TARGETS["against_recording"], recording(outside_fit_share=share)
     audit = pd.DataFrame({"participant": "par2", "condition": "healthy", "length_max_mm": [2.9]})
-    assert not failed(recording_verdicts(limits, with_audit(table, audit)))
-    wrong = with_audit(table, audit.assign(length_max_mm=3.1))
-    assert len(failed(recording_verdicts(limits, wrong))) == 1
+    audited = with_audit(table, audit.assign(length_max_mm=error_mm))
+    assert len(failed(recording_verdicts(limits, audited))) == missed
+
+
+def test_every_audited_prediction_is_shown_with_its_worst_muscles():
+    row = {"participant": "par3", "condition": "healthy", "poses": 65, "jumps": 2}
+    row |= {"length_muscle": "lat_dorsi_5", "length_max_mm": 9.36, "length_rmse_mm": 1.93}
+    row |= {"arm_muscle": "lat_dorsi_2", "arm_max_mm": 40.0, "arm_rmse_mm": 9.7}
+    good = row | {"condition": "cuff_w2", "length_max_mm": 2.0}
+    gone = {**row, "condition": "cuff_w10", "length_max_mm": None, "arm_max_mm": None}
+    table = audit_rows(pd.DataFrame([row, good, gone]), 3.0)
+    assert table.rows[0][4:] == ("9.4 lat_dorsi_5 (1.9)", "40.0 lat_dorsi_2 (9.7)")
+    assert table.rows[2][4:] == ("no solution", "no solution")
+    assert table.flagged == {0}
 
 
 GOOD_TASK = {
@@ -285,7 +374,7 @@ def test_daily_task_without_solution_fails_all_limits_of_its_participant():
     table = tasks(status="failed", **nothing)
     missed = failed(task_verdicts(TARGETS["against_tasks"], table))
     assert len(missed) == 7
-    judged = Judged(TARGETS, "", pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
+    judged = Judged(TARGETS, pd.DataFrame(), pd.DataFrame(), ("par1", "par2"), table)
     assert task_table(judged).flagged == {len(TASKS)}
 
 
@@ -295,6 +384,22 @@ def test_daily_tasks_that_nobody_predicted_are_missed():
 
 
 def test_other_participants_have_no_limits():
-    of_ours = Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann", "par2"))
+    of_ours = Judged(TARGETS, recording(), pd.DataFrame(), ("ann", "par2"))
     assert of_ours.has_limits
-    assert not Judged(TARGETS, "", recording(), pd.DataFrame(), ("ann",)).has_limits
+    assert not Judged(TARGETS, recording(), pd.DataFrame(), ("ann",)).has_limits
+
+
+def test_errors_of_the_girdle_stand_by_elevation_and_an_older_table_leaves_gaps():
+    row = {"participant": "par2", "condition": "cuff_w10", "phase": "elevation"}
+    rows = [
+        row | {"variant": variant, "plane": plane, "quantity": quantity, "reproduced": value}
+        for variant in ("published", "study_arm")
+        for plane in PLANES
+        for quantity, value in (("upward_rotation_rmse_deg", 1.04), ("posterior_tilt_rmse_deg", 8))
+    ]
+    table = girdle_table(pd.DataFrame(rows))
+    assert len(table.rows) == 6
+    assert table.rows[0][:6] == ("published", "cuff_w10", "frontal", "1.0", "", "8.0")
+    older = [one for one in rows if "tilt" not in one["quantity"]]
+    assert girdle_table(pd.DataFrame(older)).rows[0][5] == ""
+    assert not girdle_table(pd.DataFrame(rows).assign(condition="cuff_25")).rows

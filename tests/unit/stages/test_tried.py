@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scapulohumeral.report.prediction.tried import tried_table
+from scapulohumeral.stages.distances.tried import tried_table
 
 pytestmark = pytest.mark.unit
 

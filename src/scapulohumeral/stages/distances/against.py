@@ -28,6 +28,7 @@ from scapulohumeral.model.published_arm import (
     published_pose,
 )
 from scapulohumeral.ocp.solution import Solution, read_solution
+from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.published_distance import (
     ANGLES,
@@ -43,7 +44,6 @@ from scapulohumeral.quantities.segment_angles import (
     UPWARD_ROTATION_COLUMN,
     thorax_angles,
 )
-from scapulohumeral.report.published import paper
 
 # Column names are those of the tables that predictions are judged by.
 STOP_MOMENT, CERTIFIED = "stop_moment_median_Nm", "certified"
@@ -51,7 +51,8 @@ HEALTHY, CUFF = "healthy", "cuff_w10"
 # The healthy shoulder at the weight of the cuff-limited one: falls from it are those of the cuff.
 EQUAL_WEIGHT = "healthy_w10"
 FALL_LEVEL_DEG = 70.0
-# Elevations of the rising arm at which joint forces are compared [deg]; the last: of implants.
+# Elevations of the rising arm at which joint forces are compared [deg]. With the last those of
+# implants are compared, which is an assumption: their elevations are not known.
 FORCE_LEVELS_DEG = (30.0, 45.0, 60.0, 90.0)
 FALL = "upward_rotation_fall_deg"
 FALL_EQUAL_WEIGHT = "upward_rotation_fall_equal_weight_deg"

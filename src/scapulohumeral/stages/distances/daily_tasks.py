@@ -27,7 +27,7 @@ from scapulohumeral.problems.solution_mesh import on_mesh
 from scapulohumeral.quantities.fit_region import outside_region
 from scapulohumeral.quantities.recording_distance import TaskDistance, task_distance
 from scapulohumeral.quantities.recordings_apart import Apart, recordings_apart
-from scapulohumeral.report.prediction.against import (
+from scapulohumeral.stages.distances.against import (
     CERTIFIED,
     STOP_MOMENT,
     Predicted,

@@ -27,10 +27,10 @@ def tried_table(distances: pd.DataFrame, tasks: pd.DataFrame) -> pd.DataFrame:
 
     Parameters
     ----------
-    distances : as from :func:`~scapulohumeral.report.prediction.against.against_recording`, one
+    distances : as from :func:`~scapulohumeral.stages.distances.against.against_recording`, one
         condition, a row per participant, plane and variant
     tasks : the same of daily tasks, as from
-        :func:`~scapulohumeral.report.prediction.daily_tasks.task_distances`
+        :func:`~scapulohumeral.stages.distances.daily_tasks.task_distances`
     """
     chosen = {name: _chosen_without(distances, name) for name in distances.participant.unique()}
     both = (distances.rename(columns={"plane": TRIAL}), tasks.rename(columns={"task": TRIAL}))

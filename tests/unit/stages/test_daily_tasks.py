@@ -18,7 +18,7 @@ from scapulohumeral.ocp.solution import write_solution
 from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.quantities.population import UPWARD_ROTATION
 from scapulohumeral.quantities.segment_angles import thorax_angles
-from scapulohumeral.report.prediction.daily_tasks import COLUMNS, TaskFiles, task_distances
+from scapulohumeral.stages.distances.daily_tasks import COLUMNS, TaskFiles, task_distances
 from scapulohumeral.stages.prediction import Condition
 
 pytestmark = pytest.mark.unit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from typing import Any
 
 
@@ -20,7 +20,12 @@ def side_by_side(function: Callable[..., Any], jobs: Sequence[tuple], processes:
         return [function(*job) for job in jobs]
     context = get_context("fork")
     with ProcessPoolExecutor(workers, context, _take, (function, jobs)) as pool:
-        return list(pool.map(_work, range(len(jobs))))
+        try:
+            return list(pool.map(_work, range(len(jobs))))
+        except KeyboardInterrupt:
+            for worker in active_children():
+                worker.terminate()
+            raise
 
 
 # Function and jobs of this process, if it is one of several.
@@ -28,8 +33,8 @@ _taken: list[tuple[Callable[..., Any], Sequence[tuple]]] = []
 
 
 def _take(function: Callable[..., Any], jobs: Sequence[tuple]) -> None:
-    # Ctrl-C reaches all processes: this one ends without a word, and the one that waits speaks.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Ctrl-C reaches all processes: the one that waits hears it, speaks, and ends the others.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _taken.append((function, jobs))
 
 

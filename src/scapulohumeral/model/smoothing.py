@@ -34,8 +34,6 @@ CORNER_FACTOR = (np.sqrt(2.0) - 1.0) ** 0.25
 EXTENSION_S = 0.5
 # Fewer frames tell no noise from motion.
 FEWEST_FRAMES = 10
-# What messages call a motion that is from no file of its own.
-NO_FILE = Path("recording")
 
 
 def pass_corner(frequency_hz: float, rate_hz: float, factor: float = CORNER_FACTOR) -> float:
@@ -74,7 +72,7 @@ def low_pass(
     return both_ways(sections, signals, rate_hz, ends)
 
 
-def smooth_recording(motion: Motion, cutoff_hz: float, source: Path = NO_FILE) -> Motion:
+def smooth_recording(motion: Motion, cutoff_hz: float, source: Path | None = None) -> Motion:
     """Smooth a recording with a zero-phase Butterworth filter, forwards and backwards.
 
     Rotations are filtered as quaternions, with signs continuous in time, and normalised again:
@@ -85,7 +83,7 @@ def smooth_recording(motion: Motion, cutoff_hz: float, source: Path = NO_FILE) -
     ----------
     motion : Motion                  uniform time steps, or such that were rounded for a table
     cutoff_hz : float                human arm motion is below 6 Hz, its measurement noise above
-    source : Path                    the table that it is from, for messages
+    source : Path | None             the table that it is from, for messages
 
     Returns
     -------
@@ -97,15 +95,16 @@ def smooth_recording(motion: Motion, cutoff_hz: float, source: Path = NO_FILE) -
                                      too few frames
     ConfigError                      the cut-off is not between zero and half the sampling rate
     """
+    named = f"{source}: " if source else ""
     if len(motion.time_s) < FEWEST_FRAMES:
         raise DataError(
-            f"{source}: {len(motion.time_s)} frames; the filter needs {FEWEST_FRAMES}. Use a "
+            f"{named}{len(motion.time_s)} frames; the filter needs {FEWEST_FRAMES}. Use a "
             "longer recording."
         )
-    rate_hz = uniform_rate(source, TIME_COLUMN, motion.time_s)
+    rate_hz = uniform_rate(source or Path("recording"), TIME_COLUMN, motion.time_s)
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise ConfigError(
-            f"{source}: cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
+            f"{named}cut-off {cutoff_hz} Hz; expected above 0 and below {0.5 * rate_hz:.1f} Hz "
             f"for a recording at {rate_hz:.1f} Hz."
         )
     pose = unit_pose(low_pass(trial_to_pose(motion.angles_rad), rate_hz, cutoff_hz, "odd"))

@@ -238,7 +238,7 @@ def test_code_that_answered_is_the_same(copied: Path, edited: Edit, answers_befo
     ("module", "old", "new"),
     [
         ("gap.verdict.posterior", "UNPROVEN = ", "UNPROVEN = 0.9 * "),
-        ("gap.recording.trials", "strict=True", "strict=False"),
+        ("gap.recording.trials", "SHORTEST_S = ", "SHORTEST_S = 2 * "),
         ("ocp.layout", "REACTION_UNIT_N = ", "REACTION_UNIT_N = 2 * "),
         ("model.opensim_model", "strict=True", "strict=False"),
     ],

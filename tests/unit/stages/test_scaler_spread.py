@@ -99,7 +99,7 @@ def test_failed_prediction_has_a_table_without_rows(tmp_path):
 def test_calibration_without_covariance_is_refused(tmp_path):
     path = tmp_path / "par2_scalers.json"
     path.write_text(json.dumps({"groups": {}}), encoding="utf-8")
-    with pytest.raises(DataError, match="par2_scalers.json: no key covariance; calibrate again"):
+    with pytest.raises(DataError, match="par2_scalers.json: no key covariance. Calibrate again"):
         read_covariance(path)
     path.write_text(json.dumps({"covariance": [[4.0, 0.0], [0.0, 1.0]]}), encoding="utf-8")
     assert read_covariance(path).tolist() == [[4.0, 0.0], [0.0, 1.0]]

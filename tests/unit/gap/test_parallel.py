@@ -41,6 +41,8 @@ def test_an_error_of_a_job_is_raised():
 
 def test_an_interrupt_ends_every_process_without_a_word():
     program = (
+        # Shells let what runs in the background ignore interrupts.
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
         "import time; from scapulohumeral.gap.parallel import side_by_side;"
         "from scapulohumeral.exit_codes import exit_code;"
         "begun = lambda i: (print(i, flush=True), time.sleep(60));"

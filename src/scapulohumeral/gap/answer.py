@@ -309,8 +309,9 @@ def _remarks(found: Findings, shown: bool) -> list[str]:
         remarks.append(f"{_in_one_task(found)}: {which}")
     if found.present and (other_side := in_reference_instead(found.evidence)):
         remarks.append(in_words(other_side))
-    if found.judged.untold != found.judged.undecided:
-        remarks.append(found.judged.untold)
+    untold = found.judged.untold
+    if untold and untold != found.judged.undecided:
+        remarks.append(untold)
     if not motion_is_told(found.evidence):
         remarks.append(
             "motion alone: people keep a movement against what acts on the body, which then does "

@@ -32,7 +32,6 @@ IMPLAUSIBLE_RATIO = 2.0
 OWN_MASS = "participant"
 # Weights of terms that daily tasks do not have, in the section of the configuration that both use.
 ONLY_OF_CALIBRATION = ("weight emg", "weight parameters")
-STANDARD_GRAVITY = 9.80665
 
 AGREES_WITHIN_DEG = 1.0
 REASONS = {
@@ -311,7 +310,7 @@ def reactions(study: Study) -> Table:
     for run in study.runs:
         if not run.failed:
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
-            weight = STANDARD_GRAVITY * study.models[run.participant].body_mass_kg
+            weight = GRAVITY_MPS2 * study.models[run.participant].body_mass_kg
             peak = int(force.argmax())
             cells = (
                 f"{force.max():.0f}",

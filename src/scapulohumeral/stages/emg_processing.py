@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.emg.envelope import EnvelopeSettings, normalised_envelopes, write_envelopes
 from scapulohumeral.emg.quality import (
+    Check,
     QualityLimits,
     check_envelopes,
     check_one_value,
@@ -65,27 +67,25 @@ def process_emg(
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)
     mvc = read_recording(files.mvc, channels, labels)
+    of_trial, of_mvc = (
+        check_recording(name, recording, settings.envelope, settings.quality)
+        for name, recording in (("trial", raw), ("mvc", mvc))
+    )
     if not raw.simulated:
-        for name, recording in (("trial", raw), ("mvc", mvc)):
-            _refuse_spoilt(name, recording, settings)
+        # Nobody has to contract all muscles in each recording of maximal contractions.
+        _refuse_spoilt(raw, [*of_trial, *check_one_value("trial", raw)])
+        _refuse_spoilt(mvc, of_mvc)
     # The participant may have measured EMG, and a study beside it be of simulated signals.
     delay = measured.delay_s if measured and not raw.simulated else 0.0
     envelopes = normalised_envelopes(raw, mvc, settings.envelope, delay)
     write_envelopes(envelope, envelopes)
-    checks = [
-        *check_recording("trial", raw, settings.envelope, settings.quality),
-        *check_recording("mvc", mvc, settings.envelope, settings.quality),
-        *check_envelopes(envelopes, settings.quality),
-    ]
+    checks = [*of_trial, *of_mvc, *check_envelopes(envelopes, settings.quality)]
     write_quality(quality, checks, envelopes.simulated)
 
 
-def _refuse_spoilt(name: str, recording: Recording, settings: EmgSettings) -> None:
+def _refuse_spoilt(recording: Recording, checks: Sequence[Check]) -> None:
     """Refuse a measured recording with a channel that means nothing."""
     refuse_rectified(recording)
-    checks = check_recording(name, recording, settings.envelope, settings.quality)
-    # Nobody has to contract all muscles in each recording of maximal contractions.
-    checks += check_one_value(name, recording) if name == "trial" else []
     for channel, check in spoilt_channels(checks).items():
         raise DataError(
             f"{recording.source}, channel {channel}: {check.check} {check.value:.3g} {check.unit}; "

@@ -655,6 +655,9 @@ def test_where_motion_cannot_tell_no_more_of_it_is_asked_for_whatever_else_speak
     assert "motion alone cannot tell" not in done.status_reason
     assert done.next_trial is None
     assert any("motion alone cannot tell" in warning for warning in done.warnings)
+    by_evidence = diagnosed(effect=RIGHT, shares={"high": 2.0, "low": 0.0})
+    assert by_evidence.status == "abstained"
+    assert "" not in by_evidence.warnings
 
 
 def test_a_gap_of_one_task_is_told_though_the_mean_over_tasks_hides_it():

@@ -124,7 +124,7 @@ def difference_map(residual: Residual, alpha: float, inflation: float, seed: int
         p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
         null=np.sort(null),
         single=inflation * np.quantile(np.abs(joint), 1.0 - POINTWISE_ALPHA, axis=0),
-        by_task=residual.curves(residual.delta) / residual.spread,
+        by_task=z_of_tasks(residual, residual.delta),
     )
 
 
@@ -209,8 +209,13 @@ def effect_shaped(
     return float(values[0]), values[1:]
 
 
+def z_of_tasks(residual: Residual, vector: np.ndarray) -> np.ndarray:
+    """z values of single tasks (T, N, K) of a difference (D,)."""
+    return residual.curves(vector) / residual.spread
+
+
 def z_values(residual: Residual, vector: np.ndarray) -> tuple[np.ndarray, float]:
     """z values over all tasks (N, K), and the largest of these and of single tasks."""
-    z = residual.curves(vector) / residual.spread
+    z = z_of_tasks(residual, vector)
     joint = z.sum(axis=0) / np.sqrt(len(z))
     return joint, float(max(np.abs(z).max(), np.abs(joint).max()))

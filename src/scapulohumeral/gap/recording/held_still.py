@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording.observables import JOINT_QUATERNIONS
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.rotations import (
     ANGLE_NAMES,
@@ -31,7 +32,7 @@ def check_movement(path: Path, smooth: Motion) -> None:
     DataError                        names file and largest turn
     """
     pose = trial_to_pose(smooth.angles_rad)
-    joints = [pose[:, i : i + 4] for i in (0, 4, 8)]
+    joints = [pose[:, joint] for joint in JOINT_QUATERNIONS]
     joints.append(segment_orientations(pose)["humerus"])
     turns = [relative_angle(joint[:1], joint).max() for joint in joints]
     largest = np.rad2deg(max(*turns, np.ptp(pose[:, 12])))

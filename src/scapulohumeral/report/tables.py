@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.model.participant_file import GRAVITY_MPS2
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.quantities.paper import (

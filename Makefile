@@ -72,8 +72,9 @@ bench: $(environment) ## Measure the solver against CasADi, opty and Moco, one b
 	$(study) --cores 1 results/bench/peers.json
 	cp results/bench/peers.json reports/peers.json
 
-test: lint unit ## Check format, types and workflow; run the tests and the quick study
+test: lint ## Check format, types and workflow; run the quick study and the tests
 	$(quick)
+	$(MAKE) unit  # with the equations that the quick study has built
 
 lint: $(environment) ## Check format, lint and types
 	ruff format --check .

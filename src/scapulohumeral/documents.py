@@ -28,8 +28,11 @@ SHOULD = re.compile(r"^(Input|Value|String|List|Dictionary) should( be| have)?")
 LONGEST_VALUE = 80
 
 
-class _OnceLoader(yaml.SafeLoader):
-    """Refuses a key that stands twice, of which the last would win silently."""
+class _OnceLoader(yaml.CSafeLoader):
+    """Refuses a key that stands twice, of which the last would win silently.
+
+    Parses in C, which is several times as fast: a plan of the study reads twenty such files.
+    """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """As inherited, but for keys that stand twice."""

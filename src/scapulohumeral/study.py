@@ -13,7 +13,7 @@ from typing import Any
 
 from scapulohumeral.configuration.check import check_config
 from scapulohumeral.emg.accuracy import channel_gain
-from scapulohumeral.emg.envelope import EnvelopeSettings
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.choices import read_choices
 from scapulohumeral.model.participant_file import (

@@ -1,11 +1,12 @@
-"""Equations of motion for the tests, built once and kept until their source files change."""
+"""Equations of motion for the tests: those of the study, or others, built once for their code."""
 
 import fcntl
-import hashlib
+import shutil
 import tempfile
 from pathlib import Path
 
-from scapulohumeral import provenance
+from places import REPOSITORY
+
 from scapulohumeral.dynamics import compiled
 
 FORMULATIONS = ("quaternion", "euler")
@@ -17,36 +18,33 @@ def cached_equations(name: str, folder: Path) -> compiled.CompiledDynamics:
 
 
 def built_equations(name: str, folder: Path) -> Path:
-    """Folder of the equations of a formulation in `folder`, built first if it is not there.
+    """Folder of the equations of a formulation: the study's own, or one in `folder`, built first.
 
-    Tests run in parallel processes, and all begin without equations. While another process builds
-    these, the other formulation is built: somebody will ask for it.
+    Tests run in parallel processes, and all may begin without equations. While another process
+    builds these, the other formulation is built: somebody will ask for it.
     """
-    target = _target(name, folder)
-    if not target.exists() and not _build(name, folder, wait=False):
+    studied = REPOSITORY / "results" / "equations" / name
+    if compiled.is_current(studied):
+        return studied
+    if not compiled.is_current(folder / name) and not _build(name, folder, wait=False):
         [other] = set(FORMULATIONS) - {name}
         _build(other, folder, wait=False)
         _build(name, folder, wait=True)
-    return target
-
-
-def _target(name: str, folder: Path) -> Path:
-    sources = provenance.code_of("scapulohumeral.dynamics.compiled")
-    state = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-    return folder / f"{name}_{state}"
+    return folder / name
 
 
 def _build(name: str, folder: Path, wait: bool) -> bool:
     """Build a formulation if it is missing; False if another process does, unless told to wait."""
-    target = _target(name, folder)
+    target = folder / name
     with (folder / f"{name}.lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         except BlockingIOError:
             return False
-        if not target.exists():
+        if not compiled.is_current(target):
             # A process that is killed leaves no half of a folder.
             unfinished = Path(tempfile.mkdtemp(dir=folder))
             compiled.build(name).save(unfinished)
+            shutil.rmtree(target, ignore_errors=True)
             unfinished.replace(target)
     return True

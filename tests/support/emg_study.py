@@ -5,9 +5,9 @@ import yaml
 from places import REPOSITORY
 
 from scapulohumeral.emg.channels import read_channels
-from scapulohumeral.emg.envelope import EnvelopeSettings
 from scapulohumeral.emg.quality import QualityLimits
 from scapulohumeral.emg.recording import Recording
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.emg.synthesis import SimulationSettings
 
 CONFIG = REPOSITORY / "config"

@@ -8,7 +8,7 @@ log_to_file(snakemake)
 
 from _files import model_files, solve_settings
 
-from scapulohumeral.emg.envelope import EnvelopeSettings
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.stages.calibration import CalibrationFiles, CalibrationSettings, calibrate
 from scapulohumeral.stages.refinement import RefinementSettings
 

@@ -6,8 +6,8 @@ from _log import log_to_file
 
 log_to_file(snakemake)
 
-from scapulohumeral.emg.envelope import EnvelopeSettings
 from scapulohumeral.emg.quality import QualityLimits
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.stages.emg_processing import EmgFiles, EmgSettings, process_emg
 
 process_emg(

@@ -24,6 +24,7 @@ import numpy as np
 import sympy as sm
 import sympy.physics.mechanics as me
 
+from scapulohumeral import provenance
 from scapulohumeral.dynamics import equations, native
 from scapulohumeral.dynamics.formulation import Formulation, get_formulation
 from scapulohumeral.dynamics.parameters import BALL_JOINTS, SIZE, scalar_names
@@ -72,7 +73,7 @@ class CompiledDynamics(_OfNodes):
     polynomial_variables : indices into q of the variables of the muscle length polynomials
     jacobian_pattern : (K, Z) bool; hessian_pattern : (Z, Z) bool, symmetric
     functions : CasADi functions by name
-    header : what was built, from which expressions, with which versions
+    header : what was built, from which expressions, by which code, with which versions
     """
 
     name: str
@@ -218,6 +219,20 @@ def load(folder: Path) -> CompiledDynamics:
     return _assemble(get_formulation(header["formulation"]), functions, header)
 
 
+def is_current(folder: Path) -> bool:
+    """Whether a folder holds equations that this code, with the packages installed, would build."""
+    header = folder / "header.json"
+    return header.is_file() and _origin().items() <= json.loads(header.read_text()).items()
+
+
+def _origin() -> dict[str, Any]:
+    """What equations are built by."""
+    return {
+        "code": provenance.code_hash(__name__),
+        "versions": {"sympy": sm.__version__, "casadi": ca.__version__},
+    }
+
+
 def build(name: str) -> CompiledDynamics:
     """Derive, convert and differentiate the equations of one formulation."""
     start = time.perf_counter()
@@ -236,7 +251,7 @@ def build(name: str) -> CompiledDynamics:
         "operations": int(sm.count_ops([e for _, e in (*substitutions, *shared)] + reduced)),
         "instructions": {k: int(f.n_instructions()) for k, f in functions.items()},
         "expression_hash": _expression_hash((*substitutions, *shared), reduced),
-        "versions": {"sympy": sm.__version__, "casadi": ca.__version__},
+        **_origin(),
         "derivation_seconds": derived - start,
         "build_seconds": time.perf_counter() - start,
     }

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scapulohumeral.emg.envelope import EnvelopeSettings
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.rotations import Array
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import welch
 
-from scapulohumeral.emg.envelope import Envelopes, EnvelopeSettings, band_passed
+from scapulohumeral.emg.envelope import Envelopes, band_passed
 from scapulohumeral.emg.recording import Recording
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
 

@@ -29,13 +29,7 @@ from scapulohumeral.gap.effects.movement_strategy import MOVEMENT_STRATEGY
 from scapulohumeral.gap.explained import Explained
 from scapulohumeral.gap.isolation.channel_gains import person_change
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
-from scapulohumeral.gap.judgement import (
-    Judged,
-    directions_rows,
-    hypotheses_rows,
-    motion_is_told,
-    robustness,
-)
+from scapulohumeral.gap.judgement import Judged, directions_rows, hypotheses_rows
 from scapulohumeral.gap.left_over import left_in_words
 from scapulohumeral.gap.output.tables import (
     amplitude_table,
@@ -62,8 +56,10 @@ from scapulohumeral.gap.result import (
     Status,
     describe_inputs,
 )
+from scapulohumeral.gap.robustness import robustness
 from scapulohumeral.gap.verdict import candidates, isolability, posterior
 from scapulohumeral.gap.verdict.exchanged_sides import in_reference_instead, in_words
+from scapulohumeral.gap.verdict.proof import motion_is_told
 
 # Verdicts that hold in fewer of the variants than this are not decided.
 STABLE = 0.5

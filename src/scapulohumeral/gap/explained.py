@@ -264,9 +264,13 @@ def reducible_share(before: float, after: float) -> float | None:
 
 def remaining(part: Residual, predicted: np.ndarray) -> tuple[float, float]:
     """Root mean square before and after, over what differs without a cause."""
-    scale = np.sqrt(np.diag(part.covariance))
-    before = float(np.sqrt(np.mean((part.delta / scale) ** 2)))
-    return before, float(np.sqrt(np.mean(((part.delta - predicted) / scale) ** 2)))
+    before, after = _root_mean_squares(part, np.array([part.delta, part.delta - predicted]))
+    return float(before), float(after)
+
+
+def _root_mean_squares(part: Residual, differences: np.ndarray) -> np.ndarray:
+    """Of differences (M, D), over what differs without a cause, (M,)."""
+    return np.sqrt(np.mean((differences / np.sqrt(np.diag(part.covariance))) ** 2, axis=1))
 
 
 def _share(parts: Sequence[tuple[Residual, np.ndarray]], trials: int, seed: int) -> Share | None:
@@ -356,10 +360,10 @@ def _shares_of_more(
     """Shares that further tasks like these would show, of which so much remains as covariance."""
     shares = []
     for (part, predicted), covariance in zip(parts, remains, strict=True):
-        for rest in rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES):
-            ratio = reducible_share(*remaining(part.of(predicted + rest), predicted))
-            if ratio is not None:
-                shares.append(ratio)
+        rest = rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES)
+        before, after = (_root_mean_squares(part, each) for each in (predicted + rest, rest))
+        ratios = map(reducible_share, before, after)
+        shares += [ratio for ratio in ratios if ratio is not None]
     return shares
 
 

@@ -15,13 +15,7 @@ import yaml
 
 from scapulohumeral.configuration.check import read_config
 from scapulohumeral.emg.channels import neighbours_of
-from scapulohumeral.emg.envelope import (
-    Envelopes,
-    EnvelopeSettings,
-    mvc_amplitudes,
-    refuse_silent,
-    scaled_envelopes,
-)
+from scapulohumeral.emg.envelope import Envelopes, mvc_amplitudes, refuse_silent, scaled_envelopes
 from scapulohumeral.emg.quality import (
     Check,
     QualityLimits,
@@ -33,6 +27,7 @@ from scapulohumeral.emg.quality import (
     write_quality,
 )
 from scapulohumeral.emg.recording import Recording, read_recording
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.emg.signal_table import write_signals
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.laboratory.markers.map_file import closed, read_map

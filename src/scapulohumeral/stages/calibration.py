@@ -23,7 +23,8 @@ from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.accuracy import channel_gain
 from scapulohumeral.emg.channels import Channels, read_channels
-from scapulohumeral.emg.envelope import EnvelopeSettings, read_envelopes
+from scapulohumeral.emg.envelope import read_envelopes
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.emg_term import EmgTerm

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scapulohumeral.emg.channels import read_channels
-from scapulohumeral.emg.envelope import EnvelopeSettings, normalised_envelopes, write_envelopes
+from scapulohumeral.emg.envelope import normalised_envelopes, write_envelopes
 from scapulohumeral.emg.quality import (
     Check,
     QualityLimits,
@@ -19,6 +19,7 @@ from scapulohumeral.emg.quality import (
     write_quality,
 )
 from scapulohumeral.emg.recording import Recording, read_recording
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import participant_of
 

@@ -20,7 +20,8 @@ from scipy.optimize import lsq_linear
 
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.emg.accuracy import channel_gain, correlation_time_s, noise_sd
-from scapulohumeral.emg.envelope import EnvelopeSettings, low_passed
+from scapulohumeral.emg.envelope import low_passed
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import SolveError
 from scapulohumeral.ocp.optimality.kkt import assemble_kkt
 from scapulohumeral.ocp.optimality.sensitivity import (

@@ -5,6 +5,7 @@ import json
 import casadi as ca
 import numpy as np
 import pytest
+from cached_equations import built_equations
 
 from scapulohumeral.dynamics import compiled, native
 from scapulohumeral.errors import ModelError
@@ -78,7 +79,17 @@ def test_equations_of_earlier_versions_are_refused(tmp_path):
 
 
 def test_equations_say_how_they_were_compiled(equations_folder, quaternion_equations):
-    folder = max(equations_folder.glob("quaternion_*"), key=lambda path: path.stat().st_mtime)
+    folder = built_equations("quaternion", equations_folder)
     header = json.loads((folder / "header.json").read_text())
     assert ("compiler" in header["native"]) == (folder / native.LIBRARY).exists()
     assert set(quaternion_equations.functions) == set(compiled.FUNCTIONS)
+
+
+def test_equations_of_other_code_are_not_current(equations_folder, tmp_path):
+    header = json.loads(
+        (built_equations("quaternion", equations_folder) / "header.json").read_text()
+    )
+    assert not compiled.is_current(tmp_path)
+    for code, current in ((header["code"], True), ("another", False)):
+        (tmp_path / "header.json").write_text(json.dumps({**header, "code": code}))
+        assert compiled.is_current(tmp_path) == current

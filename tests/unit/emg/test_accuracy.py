@@ -14,7 +14,8 @@ from scapulohumeral.emg.accuracy import (
     correlation_time_s,
     noise_sd,
 )
-from scapulohumeral.emg.envelope import EnvelopeSettings, linear_envelope, mvc_amplitudes
+from scapulohumeral.emg.envelope import linear_envelope, mvc_amplitudes
+from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
 
 pytestmark = pytest.mark.unit

@@ -101,27 +101,27 @@ def shares(shapes: Mapping[str, Sequence[np.ndarray]]) -> dict[str, float]:
     return {name: share / sum(made.values()) for name, share in made.items()}
 
 
-def difference_map(residual: Residual, alpha: float, inflation: float, seed: int) -> DifferenceMap:
+def difference_map(
+    residual: Residual, nothing: np.ndarray, alpha: float, inflation: float
+) -> DifferenceMap:
     """Difference over standard error, with a family-wise threshold simulated from the noise.
 
     Parameters
     ----------
     residual : difference and noise
+    nothing : (D, draws) differences without any effect
     alpha : family-wise error
     inflation : factor on the simulated threshold, from effect-free cases
-    seed : of the simulation
     """
     sigma, largest = z_values(residual, residual.delta)
-    joint, every = zip(
-        *(z_values(residual, one) for one in draws(residual, DRAWS, seed).T), strict=True
-    )
-    null = inflation * np.array(every)
+    joint, every = z_values(residual, nothing)
+    null = inflation * every
     return DifferenceMap(
         sigma=sigma,
         effect=residual.curves(residual.delta).mean(axis=0),
-        value=largest,
+        value=float(largest),
         threshold=threshold_of(null, alpha),
-        p_value=float((1 + np.sum(null >= largest)) / (1 + DRAWS)),
+        p_value=p_value_of(null, float(largest)),
         null=np.sort(null),
         single=inflation * np.quantile(np.abs(joint), 1.0 - POINTWISE_ALPHA, axis=0),
         by_task=z_of_tasks(residual, residual.delta),
@@ -132,9 +132,9 @@ def presence(
     residual: Residual,
     found: DifferenceMap,
     shapes: Mapping[str, Sequence[np.ndarray]],
+    nothing: np.ndarray,
     alpha: float,
     inflation: float,
-    seed: int,
 ) -> tuple[Presence, ...]:
     """Whether there is a gap, by each of the tests with its share of the false alarms.
 
@@ -143,16 +143,15 @@ def presence(
     residual : difference and noise
     found : map of it, at the share of :data:`MAX_T`
     shapes : slopes (D, P) of the effects that tests look for, by name of the test
+    nothing, inflation : as for :func:`difference_map`
     alpha : false alarms of all tests together
-    inflation, seed : as for :func:`difference_map`
     """
     parts = shares(shapes)
     results = {MAX_T: (found.p_value, found.value, found.threshold)}
     for name in set(parts) - {MAX_T}:
-        value, null = effect_shaped(residual, shapes[name], seed)
+        value, null = effect_shaped(residual, shapes[name], nothing)
         null = inflation * null
-        p_value = float((1 + np.sum(null >= value)) / (1 + DRAWS))
-        results[name] = p_value, value, threshold_of(null, alpha * parts[name])
+        results[name] = p_value_of(null, value), value, threshold_of(null, alpha * parts[name])
     thresholds = {name: results[name][2] for name in parts if name != MAX_T}
     findings = []
     for name, part in parts.items():
@@ -171,10 +170,16 @@ def tested(
 ) -> tuple[DifferenceMap, tuple[Presence, ...]]:
     """Map of a difference at its share of the false alarms, and all tests for a gap.
 
-    Parameters are those of :func:`presence`.
+    Parameters are those of :func:`presence`, and the seed of what is drawn without any effect.
     """
-    found = difference_map(residual, alpha * shares(shapes)[MAX_T], inflation, seed)
-    return found, presence(residual, found, shapes, alpha, inflation, seed)
+    nothing = draws(residual, DRAWS, seed)
+    found = difference_map(residual, nothing, alpha * shares(shapes)[MAX_T], inflation)
+    return found, presence(residual, found, shapes, nothing, alpha, inflation)
+
+
+def p_value_of(null: np.ndarray, value: float) -> float:
+    """How often draws without any effect, (draws,), are as large, the value itself one of them."""
+    return float((1 + np.sum(null >= value)) / (1 + len(null)))
 
 
 def threshold_of(null: np.ndarray, alpha: float) -> float:
@@ -196,15 +201,20 @@ def surest(findings: Sequence[Presence]) -> Presence:
 
 
 def effect_shaped(
-    residual: Residual, slopes: Sequence[np.ndarray], seed: int
+    residual: Residual, slopes: Sequence[np.ndarray], nothing: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Largest part of the difference that has the shape of any effect, as a z value.
+
+    Parameters
+    ----------
+    slopes : (D, P) of each effect
+    nothing : (D, draws) differences without any effect
 
     Returns
     -------
     value : of the difference; null : (draws,) without any effect
     """
-    columns = np.column_stack([residual.delta, draws(residual, DRAWS, seed)])
+    columns = np.column_stack([residual.delta, nothing])
     values = shaped(residual, columns, slopes)
     return float(values[0]), values[1:]
 
@@ -214,8 +224,25 @@ def z_of_tasks(residual: Residual, vector: np.ndarray) -> np.ndarray:
     return residual.curves(vector) / residual.spread
 
 
-def z_values(residual: Residual, vector: np.ndarray) -> tuple[np.ndarray, float]:
-    """z values over all tasks (N, K), and the largest of these and of single tasks."""
-    z = z_of_tasks(residual, vector)
-    joint = z.sum(axis=0) / np.sqrt(len(z))
-    return joint, float(max(np.abs(z).max(), np.abs(joint).max()))
+def z_values(residual: Residual, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """z values over all tasks of differences (D, ...), and their largest.
+
+    Returns
+    -------
+    joint : (..., N, K)
+    largest : (...) of these and of single tasks
+    """
+    total = np.zeros(())
+    largest = np.zeros(())
+    # Task by task: curves of all draws at once would fill the memory.
+    for curves, spread in zip(residual.curves_by_task(vectors), residual.spread, strict=True):
+        z = curves / spread
+        total = total + z
+        largest = np.maximum(largest, _largest(z))
+    joint = total / np.sqrt(len(residual.tasks))
+    return joint, np.maximum(largest, _largest(joint))
+
+
+def _largest(z: np.ndarray) -> np.ndarray:
+    """Largest size (...) of z values (..., N, K)."""
+    return np.abs(z).max(axis=(-2, -1))

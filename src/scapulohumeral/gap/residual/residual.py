@@ -7,7 +7,7 @@ Letters: N nodes, K channels, B phase functions, T tasks, D = T K B.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -87,8 +87,13 @@ class Residual:
 
     def curves(self, vector: np.ndarray) -> np.ndarray:
         """Curves (T, N, K) of coefficients (D,)."""
+        return np.array(list(self.curves_by_task(vector)))
+
+    def curves_by_task(self, vectors: np.ndarray) -> Iterator[np.ndarray]:
+        """Curves (..., N, K) of each task of coefficients (D, ...)."""
         shape = (len(self.tasks), len(self.channels), self.functions.shape[1])
-        return np.einsum("nb,tkb->tnk", self.functions, vector.reshape(shape))
+        for own in vectors.reshape(*shape, *vectors.shape[1:]):
+            yield np.einsum("nb,kb...->...nk", self.functions, own)
 
     @cached_property
     def spread(self) -> np.ndarray:

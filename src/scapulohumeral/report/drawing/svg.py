@@ -14,6 +14,7 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 # Okabe and Ito's colours, told apart by colour-blind people; the same meaning in every figure.
@@ -122,7 +123,9 @@ class Drawing:
 def _svg(figure: Figure) -> str:
     """SVG element that scales with the page, without preamble, metadata and needless digits."""
     stream = io.StringIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None})
+    # The same text as `savefig`, which draws every figure twice: first without output, for backends
+    # whose sizes depend on the resolution.
+    FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.S)

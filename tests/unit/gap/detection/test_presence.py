@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scapulohumeral.gap.detection import presence
 from scapulohumeral.gap.detection.presence import (
     DRAWS,
     Presence,
-    difference_map,
-    presence,
     shares,
     surest,
     threshold_of,
@@ -50,8 +49,8 @@ def shapes(others: int = 60) -> Mapping[str, list[np.ndarray]]:
 
 
 def judged(there: Residual, looked_for: Mapping[str, list[np.ndarray]]) -> dict[str, Presence]:
-    found = difference_map(there, ALPHA * shares(looked_for)[MAX_T], 1.0, 1)
-    return {one.statistic: one for one in presence(there, found, looked_for, ALPHA, 1.0, 1)}
+    _, findings = presence.tested(there, looked_for, ALPHA, 1.0, 1)
+    return {one.statistic: one for one in findings}
 
 
 def test_all_tests_together_give_as_few_false_alarms_as_allowed():

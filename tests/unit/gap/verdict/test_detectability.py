@@ -5,7 +5,7 @@ import pytest
 from gap_movement import SETUP
 from scipy.linalg import block_diag
 
-from scapulohumeral.gap.detection.presence import effect_shaped
+from scapulohumeral.gap.detection.presence import DRAWS, effect_shaped
 from scapulohumeral.gap.detection.shaped import shaped
 from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
@@ -58,7 +58,7 @@ def test_promised_amplitude_is_found_as_often_as_promised(
     slope *= 100.0 / np.linalg.norm(noise.whiten(slope[:, 0]))
     slope[:, 1:] *= 3.0
     one = Hypothesis((effect,), np.zeros(len(effect.params)), np.zeros((3 * SIZE, 1)), slope, 1.0)
-    _, null = effect_shaped(noise, [slope], 1)
+    _, null = effect_shaped(noise, [slope], draws(noise, DRAWS, 1))
     threshold = float(np.quantile(null, 0.975))
     others = {"glr": 2.0 * threshold, "on_record": 2.0 * threshold}
     promised = smallest_detectable([one], noise, {**others, test: threshold}, relative, 1)

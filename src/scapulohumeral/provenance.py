@@ -185,8 +185,13 @@ def environment_versions() -> dict[str, str]:
     importlib.metadata.PackageNotFoundError
         If a package is missing; ``make environment`` installs it.
     """
+    return {"machine": platform.platform()} | package_versions()
+
+
+def package_versions() -> dict[str, str]:
+    """Versions of Python and the `NUMERICAL_PACKAGES`; raises as `environment_versions`."""
     versions = {name: metadata.version(name) for name in NUMERICAL_PACKAGES}
-    return {"python": platform.python_version(), "machine": platform.platform()} | versions
+    return {"python": platform.python_version()} | versions
 
 
 def _with_parents(module: str) -> Iterator[str]:

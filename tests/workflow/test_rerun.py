@@ -127,6 +127,18 @@ def test_age_of_code_does_not_matter(finished: Path, rerun: Rerun) -> None:
     assert rerun() == set()
 
 
+def test_another_version_of_a_package_reruns_everything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rerun: Rerun
+) -> None:
+    """What `make environment` installs by another lock file."""
+    installed = tmp_path / "packages" / "scipy-99.0.dist-info"
+    installed.mkdir(parents=True)
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: scipy\nVersion: 99.0\n")
+    monkeypatch.setenv("PYTHONPATH", str(installed.parent), prepend=os.pathsep)
+    made = rerun()
+    assert {"results/equations/quaternion", *TARGETS} < made
+
+
 def test_script_reruns_its_rule_however_old_it_is(finished: Path, rerun: Rerun) -> None:
     path = finished / "workflow/scripts/summarise_predictions.py"
     before = path.stat()

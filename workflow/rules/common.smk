@@ -41,6 +41,7 @@ MODEL_TABLES = [
 ]
 SCRIPTS = Path("workflow/scripts").resolve()
 MUSCLES = ("generic", "calibrated")
+PACKAGES = " ".join(provenance.package_versions().values())
 # The condition of static postures and of daily tasks.
 HEALTHY = "healthy"
 # Refuses a configuration, or the file of a participant, before any rule is read.
@@ -63,12 +64,14 @@ def files_of(name):
 
 
 def code_of(*names):
-    """Hash of the code of scripts, by name, and modules, by dotted name: a parameter of a rule.
+    """Hash of the code of scripts, by name, and modules, by dotted name, and what it computes with:
+    a parameter of a rule.
 
     As a parameter it is that of the plan, so code that is edited while a job runs makes its result
     stale; and the age of files does not count, as that of a script would by the trigger `code`.
     """
-    return provenance.input_hash(sorted(frozenset().union(*map(files_of, names))))
+    files = sorted(frozenset().union(*map(files_of, names)))
+    return f"{provenance.input_hash(files)}, packages {PACKAGES}"
 
 
 def recording(wildcards):

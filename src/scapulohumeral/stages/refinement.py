@@ -25,10 +25,10 @@ from scapulohumeral.emg.settings import EnvelopeSettings
 from scapulohumeral.errors import SolveError
 from scapulohumeral.ocp.optimality.kkt import assemble_kkt
 from scapulohumeral.ocp.optimality.sensitivity import (
-    Variant,
+    ProblemParts,
     condition_derivatives,
+    parts_of,
     sensitivity,
-    variant,
 )
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
@@ -252,12 +252,12 @@ def _linearise(
         raise SolveError(f"refinement: scalers {state.values.round(3).tolist()}: {result.message}")
     problem = posed.problem("exact")
     kkt = assemble_kkt(problem, result.point)
-    base = variant(problem)
+    base = parts_of(problem)
 
-    def variant_of(theta: np.ndarray) -> Variant:
+    def parts_for(theta: np.ndarray) -> ProblemParts:
         return replace(base, collocation=replace(base.collocation, muscles=muscles_of(theta)))
 
-    slopes = sensitivity(kkt, condition_derivatives(kkt, result.point, variant_of, theta)).free
+    slopes = sensitivity(kkt, condition_derivatives(kkt, result.point, parts_for, theta)).free
     seen = evidence.seen(problem.trajectory(result.point.free).e)
     by_theta = np.stack([problem.trajectory(column).e for column in slopes.T], axis=-1)
     return result.point, _weighted(evidence, settings, state, seen, evidence.seen(by_theta))

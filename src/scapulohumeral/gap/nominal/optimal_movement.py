@@ -29,7 +29,7 @@ from scapulohumeral.model.rotations import (
 )
 from scapulohumeral.ocp.cost_terms import pose_errors
 from scapulohumeral.ocp.objective import SEGMENTS, Objective, Trajectory, Weights
-from scapulohumeral.ocp.optimality.sensitivity import Variant, variant
+from scapulohumeral.ocp.optimality.sensitivity import ProblemParts, parts_of
 from scapulohumeral.ocp.problem import Bounds, Problem
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
@@ -102,12 +102,12 @@ class Movement:
         loaded = load_collocation(base.collocation, body)
         return base.varied(loaded, self._objective(body), hessian, bounds)
 
-    def variant(self, body: Body) -> Variant:
+    def parts(self, body: Body) -> ProblemParts:
         """The same for derivatives, without opty's set-up."""
         nominal = self._nominal
         layout = self.set_up.layout
         lower, upper = body_bounds(layout, body, (nominal.lower, nominal.upper))
-        return Variant(
+        return ProblemParts(
             load_collocation(nominal.collocation, body), self._objective(body), lower, upper
         )
 
@@ -136,8 +136,8 @@ class Movement:
         return self.mesh.varied(collocation, objective, "exact", bounds)
 
     @cached_property
-    def _nominal(self) -> Variant:
-        return variant(self.set_up)
+    def _nominal(self) -> ProblemParts:
+        return parts_of(self.set_up)
 
     def _objective(self, body: Body) -> Objective:
         inclination, version = body.glenoid_rad

@@ -94,10 +94,10 @@ class Linearised:
         They do not depend on the stiffness.
         """
 
-        def variant_of(x: Array):
-            return self.move.variant(effect.apply(self.move.body, effect.physical(x)))
+        def parts_for(x: Array):
+            return self.move.parts(effect.apply(self.move.body, effect.physical(x)))
 
-        return condition_derivatives(self.kkt, self.point, variant_of, internal)
+        return condition_derivatives(self.kkt, self.point, parts_for, internal)
 
     def seen(self, effect: Effect, internal: Array) -> Array:
         """Change (P, N, K) of the record of the same solution, by what electrodes see of it."""

@@ -20,7 +20,7 @@ from scapulohumeral.gap.recording.observables import SensorSetup, difference
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.linearise import Linearised, record_derivative
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
-from scapulohumeral.ocp.optimality.sensitivity import Sensitivity, Variant
+from scapulohumeral.ocp.optimality.sensitivity import ProblemParts, Sensitivity
 from scapulohumeral.ocp.solving.solver import Start
 
 MARGIN = 1e-4
@@ -123,7 +123,7 @@ class Resolve:
         SolveError                       the movement with the effect cannot be solved
         """
         body = effect.apply(self.move.body, effect.physical(x))
-        bounds = self.move.variant(body)
+        bounds = self.move.parts(body)
         start, predicted = self.of_task.point if before is None else before.point, None
         if self.predicts:
             near = self._without(effect) if before is None else before
@@ -181,7 +181,7 @@ class Resolving:
         return self._kept[stiffness]
 
 
-def _inside(start: Start, bounds: Variant) -> Start:
+def _inside(start: Start, bounds: ProblemParts) -> Start:
     """A start moved inside bounds that an effect has narrowed."""
     low, high = bounds.lower, bounds.upper
     margin = np.minimum(MARGIN, 0.25 * (high - low))

@@ -31,10 +31,10 @@ RELATIVE_STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Variant:
+class ProblemParts:
     """A problem for other parameters, without opty's set-up, which takes longer than a solve.
 
-    Make it from a problem by :func:`variant` and :func:`dataclasses.replace`.
+    Make it from a problem by :func:`parts_of` and :func:`dataclasses.replace`.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class Sensitivity:
     multipliers: np.ndarray
 
 
-def variant(problem: Problem) -> Variant:
+def parts_of(problem: Problem) -> ProblemParts:
     """The parts of a problem that parameters can change."""
-    return Variant(
+    return ProblemParts(
         problem.collocation, problem.objective_function, problem.lower_bound, problem.upper_bound
     )
 
@@ -67,7 +67,7 @@ def variant(problem: Problem) -> Variant:
 def condition_derivatives(
     kkt: KktSystem,
     point: Start,
-    variant_of: Callable[[np.ndarray], Variant],
+    parts_for: Callable[[np.ndarray], ProblemParts],
     theta: np.ndarray,
     steps: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -77,7 +77,7 @@ def condition_derivatives(
     ----------
     kkt : at the point
     point : solution for theta
-    variant_of : problem for parameters (P,); constraints at single instants must not depend on them
+    parts_for : problem for parameters (P,); constraints at single instants must not depend on them
     theta : parameters (P,), each in its own unit
     steps : half widths of the differences (P,); by default 1e-5 max(1, abs(theta))
     """
@@ -86,7 +86,7 @@ def condition_derivatives(
     derivatives = np.zeros((kkt.factors.order, theta.size))
     for column, step in enumerate(steps):
         shift = step * np.eye(theta.size)[column]
-        above, below = variant_of(theta + shift), variant_of(theta - shift)
+        above, below = parts_for(theta + shift), parts_for(theta - shift)
         change = _conditions(point, above) - _conditions(point, below)
         # A bound that moves takes its unknown along: dz = -Sigma (dw - dl).
         change[: kkt.unknowns] -= kkt.sigma_lower * (above.lower - below.lower)
@@ -102,7 +102,7 @@ def sensitivity(kkt: KktSystem, derivatives: np.ndarray) -> Sensitivity:
     return Sensitivity(steps[: kkt.unknowns], steps[kkt.unknowns :])
 
 
-def _conditions(point: Start, changed: Variant) -> np.ndarray:
+def _conditions(point: Start, changed: ProblemParts) -> np.ndarray:
     """Conditions that depend on parameters: (n,) and the collocation constraints."""
     free, collocation, layout = point.free, changed.collocation, changed.collocation.layout
     residual = collocation.constraints(free)

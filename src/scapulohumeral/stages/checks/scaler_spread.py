@@ -23,10 +23,10 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.record import read_record
 from scapulohumeral.ocp.optimality.kkt import assemble_kkt
 from scapulohumeral.ocp.optimality.sensitivity import (
-    Variant,
+    ProblemParts,
     condition_derivatives,
+    parts_of,
     sensitivity,
-    variant,
 )
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.ocp.solving.solver import Start
@@ -128,15 +128,15 @@ def upward_rotation_slopes(
     point : solution with multipliers
     """
     problem = posed_with(theta).problem("exact")
-    base = variant(problem)
+    base = parts_of(problem)
 
-    def variant_of(changed: np.ndarray) -> Variant:
+    def parts_for(changed: np.ndarray) -> ProblemParts:
         posed = posed_with(changed)
         collocation = replace(base.collocation, muscles=posed.muscles)
         return replace(base, collocation=collocation, objective=posed.objective)
 
     kkt = assemble_kkt(problem, point)
-    moves = sensitivity(kkt, condition_derivatives(kkt, point, variant_of, theta)).free
+    moves = sensitivity(kkt, condition_derivatives(kkt, point, parts_for, theta)).free
     q = problem.trajectory(point.free).q
     slopes = []
     for move in moves.T:

@@ -399,7 +399,7 @@ def test_longer_arms_of_serratus_add_a_share_of_its_pull():
 def test_weights_of_the_cost(quaternion_equations, label, scaled):
     move = small_movement(quaternion_equations)
     body = BY_LABEL[label].apply(move.body, np.array([4.0]))
-    was, now = (vars(move.variant(b).objective.weights) for b in (move.body, body))
+    was, now = (vars(move.parts(b).objective.weights) for b in (move.body, body))
     for name, value in was.items():
         assert now[name] == (4.0 * value if name in scaled else value)
 
@@ -454,7 +454,7 @@ def test_external_forces_enter_the_equations_in_their_units(quaternion_equations
     effect = BY_LABEL["input/external_force/forearm"]
     loaded = effect.apply(move.body, np.array([3.0, -1.0, 2.0]))
     rows = [
-        move.variant(body).collocation.constraints(start).reshape(-1, NODES - 1)
+        move.parts(body).collocation.constraints(start).reshape(-1, NODES - 1)
         for body in (move.body, loaded)
     ]
     change = (rows[1] - rows[0])[13:26].T

@@ -20,8 +20,8 @@ from scapulohumeral.ocp.optimality.kkt import assemble_kkt, certificate
 from scapulohumeral.ocp.optimality.mumps import SymmetricFactors
 from scapulohumeral.ocp.optimality.sensitivity import (
     condition_derivatives,
+    parts_of,
     sensitivity,
-    variant,
 )
 from scapulohumeral.ocp.problem import Problem
 from scapulohumeral.ocp.solving.solver import SolverSettings, Start, solve
@@ -64,16 +64,16 @@ def make(equations):
 
 
 @pytest.fixture(scope="module")
-def variant_of(equations, make):
+def parts_for(equations, make):
     """The same without setting up opty."""
-    nominal = variant(make())
+    nominal = parts_of(make())
 
-    def variant_of(theta):
+    def parts_for(theta):
         muscles, parameters, objective = parts(equations, theta)
         collocation = replace(nominal.collocation, muscles=muscles, parameters=parameters)
         return replace(nominal, collocation=collocation, objective=objective)
 
-    return variant_of
+    return parts_for
 
 
 @pytest.fixture(scope="module")
@@ -192,8 +192,8 @@ def test_points_and_problems_that_have_no_kkt_matrix_are_refused(make, cold, opt
         certificate(make(), replace(optimum, free=beyond))
 
 
-def test_derivatives_agree_with_solving_again(make, optimum, kkt, variant_of):
-    found = sensitivity(kkt, condition_derivatives(kkt, optimum, variant_of, NOMINAL))
+def test_derivatives_agree_with_solving_again(make, optimum, kkt, parts_for):
+    found = sensitivity(kkt, condition_derivatives(kkt, optimum, parts_for, NOMINAL))
     for k, shift in enumerate(SHIFTS):
         ends = [
             solved(make, optimum, NOMINAL + s * np.eye(len(SHIFTS))[k]).point
@@ -205,14 +205,14 @@ def test_derivatives_agree_with_solving_again(make, optimum, kkt, variant_of):
             assert error < 0.01 * np.linalg.norm(again), (k, kind)
 
 
-def test_smoothed_derivatives_agree_with_solving_again(make, optimum, variant_of):
+def test_smoothed_derivatives_agree_with_solving_again(make, optimum, parts_for):
     smooth = replace(PRECISE, barrier_target=1e-4)
     point = solved(make, optimum, settings=smooth).point
     found = certificate(make(), point)
     assert found.unscaled.complementarity == pytest.approx(1e-4, rel=1e-3)
     assert found.weakly_active_bounds == 0
     kkt = assemble_kkt(make(), point)
-    first = condition_derivatives(kkt, point, variant_of, NOMINAL)[:, 1:2]
+    first = condition_derivatives(kkt, point, parts_for, NOMINAL)[:, 1:2]
     shift = np.array([0.0, 0.02, 0.0, 0.0, 0.0])
     ends = [solved(make, point, NOMINAL + s, smooth).point.free for s in (shift, -shift)]
     again = (ends[0] - ends[1]) / 0.04
@@ -257,17 +257,17 @@ def pin(equations, optimum, elbow):
     return pin
 
 
-def test_fixed_unknowns_do_not_move(pin, elbow, variant_of):
+def test_fixed_unknowns_do_not_move(pin, elbow, parts_for):
     problem, result = pin(0.02, -0.02)
     found = certificate(problem, result.point)
     assert found.holds
     kkt = assemble_kkt(problem, result.point)
-    derivatives = condition_derivatives(kkt, result.point, variant_of, NOMINAL)
+    derivatives = condition_derivatives(kkt, result.point, parts_for, NOMINAL)
     assert not sensitivity(kkt, derivatives).free[elbow].any()
 
 
 def test_a_bound_that_moves_takes_active_unknowns_along(make, optimum, kkt):
-    nominal = variant(make())
+    nominal = parts_of(make())
     active = np.flatnonzero(optimum.lower > 1e-3)
     assert active.size > 3
 

@@ -8,7 +8,6 @@ import hypothesis
 import pytest
 
 from scapulohumeral import provenance
-from scapulohumeral.errors import ConfigError
 
 # The same examples in every run; no deadline, because symbolic code compiles on first use.
 hypothesis.settings.register_profile("study", derandomize=True, deadline=None)
@@ -66,11 +65,9 @@ def code_behind() -> Callable[[Path], set[Path]]:
     def code_behind(path: Path) -> set[Path]:
         files: set[Path] = set()
         for name in provenance.imported_names(path, path.stem):
-            if name.split(".")[0] == "scapulohumeral":
-                try:
-                    files.update(provenance.code_of(name))
-                except ConfigError:  # the name of a function or class: its module counts
-                    files.update(provenance.code_of(name.rpartition(".")[0]))
+            module = provenance.module_of(name)
+            if name.split(".")[0] == "scapulohumeral" and module is not None:
+                files.update(provenance.code_of(module))
         return files
 
     return code_behind

@@ -207,6 +207,16 @@ def source_file(module: str, root: Path) -> Path | None:
     return next((path for path in candidates if path.is_file()), None)
 
 
+def module_of(name: str, root: Path = SOURCE_ROOT) -> str | None:
+    """The module below `root` that a dotted name is, or stands in; None if there is none.
+
+    What is imported from a package may be a module of it; from a module it is a function or class.
+    """
+    parts = name.split(".")
+    modules = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((module for module in modules if source_file(module, root)), None)
+
+
 def absolute_origin(node: ast.ImportFrom, package: str) -> str:
     """Dotted name of the module in a ``from … import`` statement inside `package`."""
     if node.level == 0:

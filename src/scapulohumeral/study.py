@@ -27,6 +27,8 @@ from scapulohumeral.problems.problem_choices import ProblemChoices
 from scapulohumeral.problems.variants import named_variants
 from scapulohumeral.provenance import CONFIG_FOLDER, MODEL_TABLES
 
+# The condition of static postures and of daily tasks.
+HEALTHY = "healthy"
 # Where a prediction may start that is no other prediction.
 STARTS = ("tracking", "direct")
 # Recordings of EMG that belong to no single trial.
@@ -178,14 +180,13 @@ class Study:
         """Participants whose muscles are calibrated, because a task or a prediction needs it."""
         if self.config["validation"]["tasks"]:
             return self.participants
-        return [
+        asked = [*self.predicted(), *((name, HEALTHY) for name, _ in self.predicted_tasks())]
+        needed = {
             participant
-            for participant in self.participants
-            if any(
-                self.condition(name, participant)["parameters"] == "calibrated"
-                for name in self.conditions(participant)
-            )
-        ]
+            for participant, name in asked
+            if self.condition(name, participant)["parameters"] == "calibrated"
+        }
+        return [participant for participant in self.participants if participant in needed]
 
     def with_emg(self) -> list[tuple[str, str]]:
         """All pairs of participant and trial whose EMG is used."""
@@ -337,7 +338,7 @@ def _check_envelope(study: Study) -> None:
     envelope = EnvelopeSettings(**study.config["emg"]["envelope"])
     channel_gain(envelope)
     electrodes = study.config["emg"]["simulation"]
-    if not any(map(study.simulates_emg, study.calibrated())):
+    if all(trial in study.measured_emg(name)["trials"] for name, trial in study.with_emg()):
         return
     window, held = envelope.mvc_window_s, electrodes["mvc_hold_s"]
     if window > held:
@@ -484,6 +485,13 @@ def _check_variants(study: Study) -> None:
                     f"Config key 'variants.{key}' names '{name}', which 'variants.named' does not "
                     f"describe. Choose from: {', '.join(described)}"
                 )
+    for name in section["tried"]["variants"]:
+        if described[name].neighbour or described[name].problem.get("arm") == "published":
+            raise ConfigError(
+                f"Config key 'variants.tried.variants' names '{name}', which follows the published "
+                "arm, or starts from another variant: it cannot be predicted for daily tasks. "
+                "Remove it from that list."
+            )
     conditions = study.config["prediction"]["conditions"]
     people = section["predict"].values()
     asked = [name for of_person in people for names in of_person.values() for name in names]

@@ -127,6 +127,24 @@ def test_age_of_code_does_not_matter(finished: Path, rerun: Rerun) -> None:
     assert rerun() == set()
 
 
+def test_a_module_of_the_package_reruns_what_computes_with_it(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rerun: Rerun
+) -> None:
+    """Scripts import functions of it; what they import in turn counts as well."""
+    copy = tmp_path / "copy"
+    shutil.copytree(repository / "src", copy / "src")
+    shutil.copytree(repository / "config", copy / "config")
+    monkeypatch.setenv("PYTHONPATH", str(copy / "src"))
+    assert rerun() == set()
+    module = copy / "src/scapulohumeral/dynamics/hill.py"
+    module.write_text(module.read_text(encoding="utf-8") + "\nX = 1\n", encoding="utf-8")
+    made = rerun()
+    for solved in ("tracking/par1/frontal_quaternion", "prediction/par1/healthy"):
+        assert f"results/{solved}.npz" in made
+    assert made > OF_GAP
+    assert "results/equations/quaternion" not in made
+
+
 def test_another_version_of_a_package_reruns_everything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rerun: Rerun
 ) -> None:

@@ -99,17 +99,22 @@ rule check_null_bank:
 
 rule draw_blind_cases:
     input:
+        # Ancient: cases are drawn once, and answers to them kept, whatever is made anew afterwards.
         # The second plant reads the model for OpenSim.
-        models=expand(
-            "results/models/{participant}.{kind}",
-            participant=BLIND.participants,
-            kind=("json", "osim"),
+        models=ancient(
+            expand(
+                "results/models/{participant}.{kind}",
+                participant=BLIND.participants,
+                kind=("json", "osim"),
+            )
         ),
-        geometry=expand(
-            "results/muscle_geometry/{participant}/quaternion.npz",
-            participant=BLIND.participants,
+        geometry=ancient(
+            expand(
+                "results/muscle_geometry/{participant}/quaternion.npz",
+                participant=BLIND.participants,
+            )
         ),
-        equations="results/equations/quaternion",
+        equations=ancient("results/equations/quaternion"),
     output:
         cases=directory("results/gap/{benchmark}/cases"),
         published="results/gap/{benchmark}/published.json",

@@ -4,13 +4,14 @@ from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 
+import pandas as pd
 import yaml
 
 from scapulohumeral import provenance
 from scapulohumeral.configuration.check import REMEDY, read_recovery, read_sensitivity
 from scapulohumeral.documents import read_yaml
 from scapulohumeral.problems import sensitivity, variants
-from scapulohumeral.study import TABLES_BESIDE, WHOLE_RECORDINGS, planned
+from scapulohumeral.study import HEALTHY, STARTS, TABLES_BESIDE, WHOLE_RECORDINGS, planned
 
 
 wildcard_constraints:
@@ -42,8 +43,6 @@ MODEL_TABLES = [
 SCRIPTS = Path("workflow/scripts").resolve()
 MUSCLES = ("generic", "calibrated")
 PACKAGES = " ".join(provenance.package_versions().values())
-# The condition of static postures and of daily tasks.
-HEALTHY = "healthy"
 # Refuses a configuration, or the file of a participant, before any rule is read.
 STUDY = planned(config, PARTICIPANTS)
 
@@ -59,7 +58,7 @@ def files_of(name):
         return frozenset(provenance.code_of(name))
     scripts = [path for path in provenance.code_of(name, SCRIPTS) if path.stem != "_log"]
     imported = {one for path in scripts for one in provenance.imported_names(path, path.stem)}
-    modules = [one for one in imported if provenance.source_file(one, provenance.SOURCE_ROOT)]
+    modules = {provenance.module_of(name) for name in imported} - {None, "scapulohumeral"}
     return frozenset(scripts).union(*map(files_of, modules))
 
 
@@ -251,7 +250,7 @@ def variant_inputs(wildcards):
     if condition["parameters"] == "calibrated":
         inputs["calibration"] = variant_scalers(wildcards)
     before, start = VARIANTS[wildcards.variant].neighbour, wildcards.condition
-    if condition["start"] not in ("tracking", "direct"):
+    if condition["start"] not in STARTS:
         before, start = wildcards.variant, condition["start"]
     if before:
         inputs["neighbour"] = f"results/variants/{before}/{wildcards.participant}/{start}.npz"

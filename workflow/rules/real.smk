@@ -125,6 +125,7 @@ rule diagnose_real_case:
         settings=GAP_SETTINGS,
         config=rules.write_real_config.output.config,
         records=GAP_RECORDS,
+        channels="config/emg/channels.csv",
     output:
         result="results/gap/real/cases/{case}/result.json",
     log:
@@ -132,7 +133,11 @@ rule diagnose_real_case:
     benchmark:
         "results/benchmarks/diagnose_real_case/{case}.jsonl"
     params:
-        code=code_of("scapulohumeral.gap.pipeline", "scapulohumeral.gap.run"),
+        code=code_of(
+            "scapulohumeral.gap.pipeline",
+            "scapulohumeral.gap.run",
+            "scapulohumeral.gap.nominal.opensim_process",
+        ),
         trials=lambda wildcards: REAL_TRIALS.patterns(wildcards.case),
         view=lambda wildcards: REAL.cases[wildcards.case].view,
         simulated=lambda wildcards: (

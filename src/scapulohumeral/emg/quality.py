@@ -32,6 +32,9 @@ RAIL_SHARE = 5e-4
 BY_CHANCE = 4
 # ASSUME: amplifiers that work never show one value for longer [s]; radio that is lost does.
 LONGEST_ONE_VALUE_S = 0.1
+# Least, middle and largest value of a signal, artefacts left out. ASSUME a raw signal reaches at
+# least half as far below its median as above; a rectified one a fifth (normal distribution).
+QUANTILES, ONE_SIDED = (0.001, 0.5, 0.999), 0.5
 # What makes an envelope meaningless; above the MVC it is only too large.
 SPOILING = ("clipping", "mains_hum", "dead", "one_value")
 
@@ -122,14 +125,18 @@ def spoilt_channels(checks: Sequence[Check]) -> dict[str, Check]:
 
 
 def refuse_rectified(recording: Recording) -> None:
-    """Refuse signals without negative values: no band-pass makes raw EMG of them again.
+    """Refuse signals that never go below rest: no band-pass makes raw EMG of them again.
+
+    Raw EMG lies about its median, whatever offset the converter adds. What was rectified has its
+    least value, zero, close below it.
 
     Raises
     ------
     DataError                        names file and channel
     """
     for name, volts in zip(recording.channels, recording.volts.T, strict=True):
-        if volts.min() >= 0.0 and volts.max() > 0.0:
+        low, middle, high = np.quantile(volts, QUANTILES)
+        if volts.min() >= 0.0 and middle - low < ONE_SIDED * (high - middle):
             raise DataError(
                 f"{recording.source}, channel {name}: no negative values; expected raw EMG. It was "
                 "rectified: export the signal before any processing."

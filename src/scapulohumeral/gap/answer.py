@@ -130,7 +130,9 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         none_p=p.none,
         no_gap_p=p.no_gap,
         set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
-        classes=candidates.effect_classes(found.judged.groups, p, splitting, found.present),
+        classes=candidates.effect_classes(
+            found.judged.groups, p, splitting, found.present, bool(found.judged.untold)
+        ),
         shrinkage=None if explained is None else explained.shrinkage,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,

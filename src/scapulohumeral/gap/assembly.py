@@ -28,6 +28,7 @@ from scapulohumeral.gap.residual.differences import (
     repeat_noise,
     solved_part,
 )
+from scapulohumeral.gap.residual.emg_level import at_level_of_model
 from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
 from scapulohumeral.gap.residual.unknown_input import (
@@ -39,6 +40,10 @@ from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import STIFFNESSES, TaskSignatures, task_signatures
 
 SHOULDER_JOINTS = 3
+NO_LEVEL = (
+    "EMG has no level: each channel is taken to be as high as the model predicts, so amplitudes of "
+    "causes that it tells rest on the model"
+)
 
 
 def effects_of(
@@ -96,6 +101,9 @@ def assemble(
     effects = effects_of(case, records, model, settings)
     local = settings_of_signatures(settings, records)
     last = bias_and_following(case, records)
+    if case.channels and not case.participant.emg_is_of_mvc:
+        records = at_level_of_model(records, model, local, case.threads)
+        warnings.append(NO_LEVEL)
     durations_s = records.durations_s
     jobs = [
         (task, one, durations_s[task], model, effects, records.sensors, local, *last)

@@ -170,7 +170,10 @@ def _for_emg_unit(settings: GapSettings, case: Case, warnings: list[str]) -> Gap
         return settings
     if case.emg_has_one_maximum:
         whose = "test and reference trials" if case.reference else "all trials"
-        warnings.append(f"EMG is a fraction of maxima that {whose} share")
+        said = case.participant.emg_unit == "fraction_of_shared_max"
+        verb = "is" if said else "looks like"
+        warnings.append(f"EMG {verb} a fraction of maxima that {whose} share")
         return settings
     warnings.append("EMG is a fraction of each recording's own maximum: its gains count for little")
-    return replace(settings, session=replace(settings.session, emg_gain=settings.model.emg_gain))
+    own = settings.session.emg_own_maximum
+    return replace(settings, session=replace(settings.session, emg_gain=own))

@@ -27,6 +27,9 @@ class SessionSpread(Section):
     """Standard deviations of what changes between two recordings of one person without a cause."""
 
     emg_gain: Annotated[Real, key("Logarithm of the gain of an EMG channel [1].", gt=0, le=3)]
+    emg_own_maximum: Annotated[
+        Real, key("The same where each recording has a maximum of its own [1].", gt=0, le=3)
+    ]
     emg_offset: Annotated[Real, key("Offset of an EMG channel [fraction of MVC].", gt=0, le=1)]
     frame_deg: Annotated[Real, key("Each segment frame about each axis [deg].", gt=0, le=45)]
     clavicle_axial_deg: Annotated[

@@ -7,7 +7,7 @@ Files hold degrees and seconds; everything returned is in radians and seconds.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,12 +87,12 @@ class Participant:
     @property
     def recordings(self) -> list[Motion]:
         """What was recorded: a file counts once, whatever the hand is taken to have held in it."""
-        return list({trial.file: trial.motion for trial in self.trials.values()}.values())
+        return _once(self.trials.values())
 
     @property
     def elevations(self) -> list[Motion]:
-        """What may shape muscles and surfaces of the model: all recordings but daily tasks."""
-        return [trial.motion for trial in self.trials.values() if not trial.daily_task]
+        """What may shape muscles and surfaces of the model: recordings but of daily tasks, once."""
+        return _once(trial for trial in self.trials.values() if not trial.daily_task)
 
     def trial(self, name: str) -> Trial:
         """The trial of that name.
@@ -182,6 +182,11 @@ def _trial(folder: Path, name: str, entry: Mapping[str, Any], emg: MeasuredEmg |
         emg=emg,
         daily_task=entry.get("daily_task", False),
     )
+
+
+def _once(trials: Iterable[Trial]) -> list[Motion]:
+    """Motions of trials, each file once."""
+    return list({trial.file: trial.motion for trial in trials}.values())
 
 
 def _recorded(file: Path) -> Motion:

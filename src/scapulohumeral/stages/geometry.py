@@ -164,11 +164,13 @@ def assess_muscle_geometry(
     gradient = forces.gradients(sampled.held_out_q)
     # Only samples say what is left out: a pose is no jump because the functions miss it.
     keep = held_out.smooth
-    misfit = np.where(keep, np.abs(length - held_out.length), np.nan)
-    arms = np.where(keep[..., None], gradient[..., :10] - held_out.length_gradient, np.nan)
+    misfit = np.where(keep, without_limit(np.abs(length - held_out.length)), np.nan)
+    arms = without_limit(gradient[..., :10] - held_out.length_gradient)
+    arms = np.where(keep[..., None], arms, np.nan)
     spanned = np.abs(held_out.length_gradient).max(axis=0) > 0.0
     arm_rmse = np.where(spanned, np.sqrt(np.nanmean(arms**2, axis=0)), np.nan)
-    pull = np.where(keep[..., None], gradient[..., 10:] - held_out.translation, np.nan)
+    pull = without_limit(gradient[..., 10:] - held_out.translation)
+    pull = np.where(keep[..., None], pull, np.nan)
     fibre = fibre_lengths(forces, record, participant_of(participant).recordings)
     lowest, highest = fibre.min(axis=0), fibre.max(axis=0)
     return pd.DataFrame(
@@ -187,9 +189,16 @@ def assess_muscle_geometry(
             "direction_rmse": np.sqrt(np.nanmean(np.sum(pull**2, axis=2), axis=0)),
             "fibre_min": lowest,
             "fibre_max": highest,
-            "fibre_outside": (lowest < FIBRE_LENGTH_RANGE[0]) | (highest > FIBRE_LENGTH_RANGE[1]),
+            "fibre_outside": ~(
+                (lowest >= FIBRE_LENGTH_RANGE[0]) & (highest <= FIBRE_LENGTH_RANGE[1])
+            ),
         }
     )
+
+
+def without_limit(error: Array) -> Array:
+    """Errors, those that are no number without any limit: no length is right where none is told."""
+    return np.where(np.isfinite(error), error, np.inf)
 
 
 def fibre_lengths(forces: MuscleForces, record: ModelRecord, recorded: Sequence[Motion]) -> Array:

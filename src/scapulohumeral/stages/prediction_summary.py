@@ -28,6 +28,7 @@ SAME_OPTIMUM = 1e-3
 # Columns that tell a problem from others; starts and solver settings do not.
 PROBLEM = ("participant", "parameters", "w_gh", "muscles", "capacity", "girdle_stiffness")
 UNSOLVED = {
+    "objective": np.nan,
     "peak_gh_force_bw": np.nan,
     "max_eccentricity": np.nan,
     "fraction_outside": np.nan,

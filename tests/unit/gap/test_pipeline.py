@@ -50,7 +50,7 @@ from scapulohumeral.gap.recording.observables import (
     difference,
     phase_functions,
 )
-from scapulohumeral.gap.residual import differences
+from scapulohumeral.gap.residual import differences, emg_level
 from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.result import Feasibility, Robustness, Share, Shrinkage, to_json
 from scapulohumeral.gap.signatures.linearise import DOF, record_derivative
@@ -149,6 +149,7 @@ def _quick(request, monkeypatch):
 def _made_up(monkeypatch):
     monkeypatch.setattr(assembly, "task_signatures", made_up_response)
     monkeypatch.setattr(assembly, "movement", lambda *_: None)
+    monkeypatch.setattr(emg_level, "_predicted_or_none", lambda mean_record, *_: mean_record.emg)
     for module in (assembly, differences):
         monkeypatch.setattr(module, "nominal_body", lambda model, nodes: small_body())
     monkeypatch.setattr(search, "_refit_or_keep", lambda first, *rest: first)
@@ -423,6 +424,33 @@ def test_maxima_that_both_sides_share_say_as_much_as_a_maximal_contraction():
         assert (settings is SETTINGS) == (some is not own)
         assert len(said) == 1
         assert words in said[0]
+
+
+def test_emg_without_a_level_tells_the_same_whatever_it_was_divided_by(monkeypatch):
+    """What a cause adds is a share of the maximal contraction, as the model predicts it."""
+    monkeypatch.setattr(emg_level, "_predicted_or_none", lambda *_: np.full((NODES, 2), 0.1))
+    known = case(effect=RIGHT)
+    shared = replace(known.participant, emg_unit="fraction_of_shared_max")
+
+    def times(trials, factors):
+        return tuple(replace(t, emg=replace(t.emg, values=t.emg.values * factors)) for t in trials)
+
+    answers = [
+        diagnose(
+            replace(
+                known,
+                participant=shared,
+                test=times(known.test, factors),
+                reference=times(known.reference, factors),
+            ),
+            None,
+            SETTINGS,
+        )
+        for factors in ([1.0, 1.0], [0.2, 3.0])
+    ]
+    assert any("EMG has no level" in text for text in answers[0].warnings)
+    first, second = ([(c.label, round(c.p, 6)) for c in a.candidates] for a in answers)
+    assert first == second
 
 
 def test_whether_activations_reach_a_record_is_asked_of_emg_that_has_a_level(monkeypatch):

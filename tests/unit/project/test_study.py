@@ -271,6 +271,16 @@ def test_muscles_are_calibrated_if_anything_needs_them() -> None:
     ]
 
 
+def test_muscles_are_calibrated_if_a_daily_task_alone_needs_them() -> None:
+    def task(config: dict) -> None:
+        config["validation"].update(tasks=[])
+        config["prediction"].update(
+            predict=["healthy_generic"], predict_also={}, tasks=["drinking"], generic_muscles=[]
+        )
+
+    assert study(task).calibrated() == ["par2"], "par3 has no recording of it"
+
+
 def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], Path]) -> None:
     emg = {"mvc": "emg/mvc.csv", "trials": {"frontal": "emg/frontal.c3d"}, "delay_s": 0.0}
     folder = people(lambda document: document.update(emg=emg))
@@ -314,6 +324,10 @@ def test_measured_emg_takes_the_place_of_simulated_emg(people: Callable[[Edit], 
         (
             lambda c: c["variants"]["predict"].update(published={"par8": ["healthy"]}),
             "'variants.predict' names 'par8'",
+        ),
+        (
+            lambda c: c["variants"]["tried"].update(variants=["upto_springs"]),
+            "'variants.tried.variants' names 'upto_springs', which follows the published arm, or",
         ),
         (
             lambda c: c["variants"]["named"]["published"]["problem"].update(stpos=False),

@@ -11,7 +11,8 @@ import pytest
 from emg_study import CHANNELS, CONFIG, ENVELOPE, LIMITS, SIMULATION
 
 from scapulohumeral.emg.envelope import read_envelopes
-from scapulohumeral.emg.recording import read_recording, write_recording
+from scapulohumeral.emg.quality import refuse_rectified
+from scapulohumeral.emg.recording import Recording, read_recording, write_recording
 from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.model.participant import read_participant
@@ -116,6 +117,19 @@ def test_poor_quality_is_reported_and_does_not_stop(files: EmgFiles, tmp_path: P
 
 def _rectified(volts: np.ndarray) -> np.ndarray:
     return np.abs(volts)
+
+
+def test_an_offset_of_the_converter_is_no_rectification() -> None:
+    noise = np.random.default_rng(1).normal(0.0, 0.2, 4000)
+    for volts, refused in ((1.65 + noise, False), (np.abs(noise), True), (noise, False)):
+        recording = Recording(
+            "raw.csv", CHANNELS.names[:1], 0.0, 1000.0, volts[:, None], simulated=False
+        )
+        if refused:
+            with pytest.raises(DataError, match="It was rectified"):
+                refuse_rectified(recording)
+        else:
+            refuse_rectified(recording)
 
 
 def _dead(volts: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """The audit of muscle geometry finds what a solution's lengths and arms miss, and where."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -62,6 +64,22 @@ def test_jumps_of_the_wrapping_are_counted_and_left_out(forces, tmp_path):
     table = audit(forces, values, tmp_path)
     assert table.jumps.tolist() == [1, 0, 0]
     assert table.length_max_mm["coracobrachialis"] < 1e-9
+
+
+def test_a_length_that_is_no_number_is_without_limit(forces, tmp_path):
+    """The square of a length may fall below zero: no limit holds there, and the muscle is named."""
+    values = samples(forces)
+
+    def lengths(q, u):
+        found, rest = forces.lengths(q, u)
+        found[5, 2] = np.nan
+        return found, rest
+
+    broken = SimpleNamespace(geometry=forces.geometry, lengths=lengths, gradients=forces.gradients)
+    audit(broken, values, tmp_path).to_csv(tmp_path / "healthy_geometry.csv")
+    table = audit_table([tmp_path / "healthy_geometry.csv"], [("par2", "healthy")])
+    assert table.length_muscle[0] == NAMES[2]
+    assert not table.length_max_mm[0] <= 1e6
 
 
 def test_samples_of_other_muscles_are_refused(forces, tmp_path):

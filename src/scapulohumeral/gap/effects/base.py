@@ -25,7 +25,7 @@ class Param:
     name, unit : as in answers; unit "1" for pure numbers
     off : value at which the effect is absent
     low, high : bounds
-    typical : a value that matters clinically; sets the reference size of the effect
+    typical : a value that matters clinically
     prior_sd : spread on the internal scale, see :meth:`internal`
     source : where bounds and spread come from
     transform : "lin", or "log" for factors

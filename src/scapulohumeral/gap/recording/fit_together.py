@@ -33,6 +33,8 @@ OTHER_STILL_SHARE = 0.15
 STILL_DEG = 0.01
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
 OTHER_MAXIMUM = 8.0
+# Nobody exceeds a maximal contraction by half; without one, another unit is right.
+MOST_OF_MVC = 1.5
 # Envelopes are low-pass filtered at a few hertz; of a rectified electromyogram at 100 samples per
 # second or more, the mean rate of change over the mean is that of 13 Hz or more.
 ROUGH_HZ = 10.0
@@ -131,14 +133,7 @@ def unlike_others(case: Case) -> list[str]:
     notes = []
     for task in case.tasks:
         trials = [trial for trial in case.trials if trial.task == task]
-        lengths = np.array([t.window_s[1] - t.window_s[0] for t in trials])
-        usual = float(np.median(lengths))
-        for trial, length in zip(trials, lengths, strict=True):
-            if not usual / OTHER_LENGTH <= length <= usual * OTHER_LENGTH:
-                notes.append(
-                    f"{_called(trial, case)}: the movement lasts {length:.2f} s, those of task "
-                    f"{task} {usual:.2f} s in the median; look whether it is whole (window_s)"
-                )
+        notes += _unlike_lengths(trials, task, case)
         notes += _unlike_ends(trials, task, case)
         notes += _unlike_girdles(trials, task, case)
         notes += _unlike_holds(trials, task, case)
@@ -153,8 +148,9 @@ def unlike_others(case: Case) -> list[str]:
                 "a participant.yaml into the folder of each side"
             )
     for trial in case.trials:
-        still = [] if trial.emg is None else sorted({*trial.emg.channels} - {*trial.emg.changing})
-        if still:
+        known = {*case.participant.emg_channels} & {*(trial.emg.channels if trial.emg else ())}
+        still = [] if trial.emg is None else sorted(known - {*trial.emg.changing})
+        if still and trial in case.compared:
             notes.append(
                 f"{_called(trial, case)}: {', '.join(still)} never changes, so it is compared in "
                 "no trial; look whether the electrode was on"
@@ -163,40 +159,107 @@ def unlike_others(case: Case) -> list[str]:
     tests, references = _peaks(case.test), _peaks(case.reference)
     if common := sorted(tests.keys() & references.keys()):
         high, low = (np.array([one[name] for name in common]) for one in (tests, references))
-        if np.all(high > OTHER_MAXIMUM * low) or np.all(low > OTHER_MAXIMUM * high):
+        unlike = (high > OTHER_MAXIMUM * low) | (low > OTHER_MAXIMUM * high)
+        if np.all(unlike):
             notes.append(
                 f"EMG reaches {high.max():.2g} in the tests and {low.max():.2g} in the references, "
                 "and all channels differ as much: other units, or other maxima"
             )
+        else:
+            notes += [
+                f"{common[i]} reaches {high[i]:.2g} in the tests and {low[i]:.2g} in the "
+                "references; look whether the electrode was on in both"
+                for i in np.flatnonzero(unlike).tolist()
+            ]
     return notes
 
 
+def _medians_of_sides(
+    values: np.ndarray, trials: Sequence[GapTrial], case: Case
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Medians of test and of reference trials, of values by trial; None without one of both.
+
+    Where sides differ, each trial is as far from the median of all as those of the other side.
+    """
+    is_test = np.array([any(trial is one for one in case.test) for trial in trials])
+    if case.one_movement or is_test.all() or not is_test.any():
+        return None
+    return np.median(values[is_test], axis=0), np.median(values[~is_test], axis=0)
+
+
+def _unlike_lengths(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
+    """Trials of a task, or else one of its sides, that last much longer or shorter."""
+    lengths = np.array([trial.window_s[1] - trial.window_s[0] for trial in trials])
+    usual = float(np.median(lengths))
+    notes = [
+        f"{_called(trial, case)}: the movement lasts {length:.2f} s, those of task {task} "
+        f"{usual:.2f} s in the median; look whether it is whole (window_s)"
+        for trial, length in zip(trials, lengths, strict=True)
+        if not usual / OTHER_LENGTH <= length <= usual * OTHER_LENGTH
+    ]
+    sides = _medians_of_sides(lengths, trials, case)
+    if sides and not notes and max(sides) > OTHER_LENGTH * min(sides):
+        notes.append(
+            f"test trials of task {task} last {sides[0]:.2f} s in the median, reference trials "
+            f"{sides[1]:.2f} s; look whether all are whole (window_s)"
+        )
+    return notes
+
+
+def _ends_deg(trial: GapTrial) -> np.ndarray:
+    """Elevation of the arm where a movement begins and ends, (2,) [deg]."""
+    return np.rad2deg(arm_elevation(trial.moved(2)[1]))
+
+
+def _still_share(trial: GapTrial) -> float:
+    """Share of a movement for which the arm is still."""
+    speed = humerothoracic_speed(Motion(*trial.moved(STILL_PHASES)))
+    return float(np.mean(speed < SPEED_SHARE * speed.max()))
+
+
 def _unlike_ends(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
-    """Trials of a task that begin or end with the arm elsewhere than the others."""
-    ends = np.rad2deg([arm_elevation(trial.moved(2)[1]) for trial in trials])
+    """Trials of a task, or else one of its sides, that begin or end with the arm elsewhere."""
+    ends = np.array([_ends_deg(trial) for trial in trials])
     usual = np.median(ends, axis=0)
-    return [
-        f"{_called(trial, case)}: the movement {verb} with the arm raised by {own[end]:.0f} deg, "
+    notes = [
+        f"{_called(trial, case)}: the movement {verb}s with the arm raised by {own[end]:.0f} deg, "
         f"those of task {task} with {usual[end]:.0f} deg in the median; look whether it is whole "
         "(window_s)"
         for trial, own in zip(trials, ends, strict=True)
-        for end, verb in enumerate(("begins", "ends"))
+        for end, verb in enumerate(("begin", "end"))
         if abs(own[end] - usual[end]) > OTHER_END_DEG
     ]
+    sides = _medians_of_sides(ends, trials, case)
+    if sides and not notes:
+        notes = [
+            f"test trials of task {task} {verb} with the arm raised by {test:.0f} deg in the "
+            f"median, reference trials with {reference:.0f} deg; look whether all are whole "
+            "(window_s)"
+            for verb, test, reference in zip(("begin", "end"), *sides, strict=True)
+            if abs(test - reference) > OTHER_END_DEG
+        ]
+    return notes
 
 
 def _unlike_holds(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
-    """Trials of a task whose arm is still for another share of the movement than the others'."""
-    speeds = [humerothoracic_speed(Motion(*trial.moved(STILL_PHASES))) for trial in trials]
-    shares = np.array([np.mean(speed < SPEED_SHARE * speed.max()) for speed in speeds])
+    """Trials of a task, or else one of its sides, whose arm is still for another share of it."""
+    shares = np.array([_still_share(trial) for trial in trials])
     usual = float(np.median(shares))
-    return [
+    notes = [
         f"{_called(trial, case)}: the arm is still for {100.0 * share:.0f} % of the movement, in "
         f"those of task {task} for {100.0 * usual:.0f} % in the median; look whether the window "
         "begins before it (window_s)"
         for trial, share in zip(trials, shares, strict=True)
         if abs(share - usual) > OTHER_STILL_SHARE
     ]
+    sides = _medians_of_sides(shares, trials, case)
+    if sides and not notes and abs(sides[0] - sides[1]) > OTHER_STILL_SHARE:
+        notes.append(
+            f"the arm is still for {100.0 * sides[0]:.0f} % of the movement in test trials of task "
+            f"{task} (median), for {100.0 * sides[1]:.0f} % in reference trials; look whether "
+            "windows begin before it (window_s)"
+        )
+    return notes
 
 
 def _unlike_girdles(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
@@ -235,6 +298,11 @@ def unlike_envelopes(case: Case) -> list[str]:
             "maximal contractions, or write emg.unit: fraction_of_max"
         )
     highest = float(peaks.max())
+    if case.participant.emg_is_of_mvc and highest > MOST_OF_MVC:
+        notes.append(
+            f"EMG reaches {highest:.3g} times the maximal contraction; if these are percent, "
+            "divide by 100; if there was no maximal contraction, write emg.unit: fraction_of_max"
+        )
     if not case.participant.emg_is_of_mvc and highest > 1.0 + AT_MAXIMUM:
         notes.append(
             f"EMG reaches {highest:.3g}, and the participant file says fractions of a largest "

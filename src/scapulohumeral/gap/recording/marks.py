@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from scapulohumeral.gap.recording.case import GapTrial
 from scapulohumeral.laboratory.trial import Channel
+from scapulohumeral.model.rotations import ANGLE_NAMES
 
+# The elbow is not measured where its angle is a constant: no forearm keeps it to this [deg].
+ELBOW, STILL_DEG = "EL_x", 0.01
+# Standard deviation of an elbow that nobody measured [deg]: it may be straight or bent.
+ELBOW_SD_DEG = 35.0
 # A segment is not measured if a rule stands for one of these angles: the others of its joint may be
 # rules of another segment's.
 TELLING_ANGLE = {"clavicle": "SC_z", "scapula": "GH_z"}
@@ -23,6 +30,15 @@ def unmeasured_segments(trials: Iterable[GapTrial]) -> dict[str, float]:
                 # Uncertainties are two standard deviations.
                 found[segment] = max(found.get(segment, 0.0), 0.5 * rule.uncertainty_deg)
     return found
+
+
+def is_elbow_unmeasured(trials: Iterable[GapTrial]) -> bool:
+    """Whether the elbow is a constant in any of the trials that are compared, or a rule."""
+    column = ANGLE_NAMES.index(ELBOW)
+    return any(
+        ELBOW in trial.rules or np.rad2deg(np.ptp(trial.angles_rad[:, column])) < STILL_DEG
+        for trial in trials
+    )
 
 
 def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.recording.case import GapTrial
+from scapulohumeral.model.girdle_range import arm_elevation
 from scapulohumeral.model.rotations import (
     Array,
     quaternion_conjugate,
@@ -35,6 +36,8 @@ KINEMATIC_CHANNELS = (
 
 # Of envelopes, unless the participant's are fractions of other maxima.
 EMG_UNIT = "fraction_of_mvc"
+# Points of a movement between two steps of phase, to see what these miss.
+FINE = 10
 CONTACT_CHANNELS = ("GHF_x", "GHF_y", "GHF_z")
 JOINT_QUATERNIONS = (slice(0, 4), slice(4, 8), slice(8, 12))
 
@@ -91,6 +94,14 @@ def _averaged(time_s: Array, values: Array, times: Array) -> Array:
         for curve, column in zip(values.T, area.T, strict=True)
     ]
     return np.stack(curves, axis=1)
+
+
+def missed_deg(trial: GapTrial, nodes: int) -> float:
+    """How far straight lines between equal steps of phase miss an elevation, RMS [deg]."""
+    fine, coarse = (trial.moved(count) for count in (FINE * nodes, nodes))
+    raised = np.rad2deg(arm_elevation(fine[1]))
+    line = np.interp(fine[0], coarse[0], np.rad2deg(arm_elevation(coarse[1])))
+    return float(np.sqrt(np.mean((raised - line) ** 2)))
 
 
 def predicted(
@@ -242,9 +253,11 @@ class SensorSetup:
     channels : EMG channels; electrodes : (C, M) elements that they average
     contact : whether the joint force is recorded
     unmeasured : segments that a rule stands for, and standard deviations of their turns [deg]
+    elbow_sd_deg : standard deviation of an elbow that nobody measured [deg]; 0 if it was
     """
 
     channels: tuple[str, ...]
     electrodes: Array
     contact: bool
     unmeasured: Mapping[str, float] = field(default_factory=dict)
+    elbow_sd_deg: float = 0.0

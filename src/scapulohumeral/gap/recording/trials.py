@@ -72,7 +72,7 @@ def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
 
     Raises
     ------
-    DataError                        no trial is left
+    DataError                        no trial is left, or one is there in two formats
     """
     trials, notes = [], []
     for path in dict.fromkeys(paths):
@@ -87,6 +87,14 @@ def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
             trials.append(path)
     if notes and not trials:
         raise DataError(f"{notes[0]}; expected trials beside it. Name them.")
+    known: dict[Path, Path] = {}
+    for path in trials:
+        other = known.setdefault(path.with_suffix(""), path)
+        if other is not path:
+            raise DataError(
+                f"{other} and {path}: one trial in two formats would count as two repeats; "
+                "expected one of them. Leave the other out."
+            )
     return trials, notes
 
 

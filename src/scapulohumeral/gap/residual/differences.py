@@ -17,7 +17,11 @@ from scapulohumeral.gap.effects.observation import Observation
 from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case, GapTrial
-from scapulohumeral.gap.recording.marks import unmeasured_segments
+from scapulohumeral.gap.recording.marks import (
+    ELBOW_SD_DEG,
+    is_elbow_unmeasured,
+    unmeasured_segments,
+)
 from scapulohumeral.gap.recording.observables import (
     SensorSetup,
     carried,
@@ -25,6 +29,7 @@ from scapulohumeral.gap.recording.observables import (
     difference,
     electrode_matrix,
     mean,
+    missed_deg,
     recorded,
     without,
 )
@@ -34,6 +39,8 @@ from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.gap.signatures.of_tasks import TaskSignatures
 
 Side = Literal["test", "reference"]
+# ASSUME: what the mesh misses of a movement by less is no part of the comparison [deg].
+MISSED_DEG = 3.0
 # From this ratio of durations on a reader wants to know.
 OTHER_TEMPO = 1.1
 
@@ -150,6 +157,12 @@ def read_records(
     test, reference = observed(case.test), observed(case.reference)
     if case.one_movement:
         test, reference = _paired(test, reference)
+    warnings += [
+        f"{trial.name}: {settings.nodes} points of phase miss its movement by {missed:.0f} deg "
+        "(root mean square); give one movement a trial (window_s), or more nodes in the settings"
+        for trial in compared
+        if (missed := missed_deg(trial, settings.nodes)) > MISSED_DEG
+    ]
     if left := sorted(set(case.tasks) - set(test)):
         warnings.append(f"tasks without reference trials are left out: {', '.join(left)}")
     base = reference or test
@@ -162,7 +175,11 @@ def read_records(
         reference={task: reference[task] for task in test if reference},
         mean_records={task: mean(base[task]) for task in test},
         sensors=SensorSetup(
-            case.channels, electrodes, case.has_contact, unmeasured_segments(compared)
+            case.channels,
+            electrodes,
+            case.has_contact,
+            unmeasured_segments(compared),
+            ELBOW_SD_DEG if is_elbow_unmeasured(compared) else 0.0,
         ),
         channels=channel_names(case.channels, case.has_contact),
         of_one_person=bool(reference) and not settings.of_simulations and not case.one_movement,

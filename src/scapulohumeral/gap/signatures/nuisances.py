@@ -5,7 +5,7 @@ Letters: R nuisances.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +15,14 @@ from scapulohumeral.gap.effects.emd import Emd
 from scapulohumeral.gap.effects.frame_misalignment import SEGMENTS
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.observation import Observation
-from scapulohumeral.gap.recording.observables import phase_functions
+from scapulohumeral.gap.recording.observables import SensorSetup, phase_functions
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.model.rotations import Array
 
 # Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
 SMOOTH = 4
+# Place of the elbow in a pose.
+ELBOW = 12
 # Standard deviations of smooth functions that together vary by one unit, slow ones the most.
 SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
 
@@ -49,29 +51,33 @@ def session_records(mean_record: Observation, settings: GapSettings) -> list[Obs
     return records
 
 
-def unmeasured_records(
-    mean_record: Observation, unmeasured: Mapping[str, float]
-) -> list[Observation]:
-    """Records (R) with one standard deviation of each turn of segments that nobody measured.
-
-    Parameters
-    ----------
-    mean_record : record with rules in place of them
-    unmeasured : segment -> standard deviation of its turns, smooth over the movement [deg]
+def unmeasured_records(mean_record: Observation, sensors: SensorSetup) -> list[Observation]:
+    """Records (R) with one standard deviation of each turn of what nobody measured, smooth over the
+    movement: `mean_record` has rules or constants in place of it.
     """
-    return [
+    records = [
         record
-        for segment, deviation in unmeasured.items()
+        for segment, deviation in sensors.unmeasured.items()
         for record in _turned(mean_record, segment, deviation, np.eye(3))
     ]
+    if sensors.elbow_sd_deg:
+        for shape in _smooth_shapes(len(mean_record.pose)):
+            pose = mean_record.pose.copy()
+            pose[:, ELBOW] += np.deg2rad(sensors.elbow_sd_deg) * shape
+            records.append(replace(mean_record, pose=pose))
+    return records
 
 
 def _turned(
     mean_record: Observation, segment: str, deviation_deg: float, axes: Array
 ) -> Iterator[Observation]:
     """Records with a segment turned about each of its axes (A, 3), smoothly over the movement."""
-    nodes = len(mean_record.pose)
-    for shape in SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes):
+    for shape in _smooth_shapes(len(mean_record.pose)):
         for axis in axes:
             vectors = np.deg2rad(deviation_deg) * shape[:, None] * axis
             yield replace(mean_record, pose=turn_frame(mean_record.pose, segment, vectors))
+
+
+def _smooth_shapes(nodes: int) -> Array:
+    """Smooth functions (SMOOTH, N) of phase that together vary by one unit."""
+    return SMOOTH_SHARES[:, None] * phase_functions(nodes, SMOOTH).T * np.sqrt(nodes)

@@ -146,7 +146,7 @@ def task_signatures(
     intended = by_stiffness[-1].intended(max(settings.phase_functions, SMOOTH))
     levers, needed = _balance(move, point)
     sessions = session_records(mean_record, settings)
-    records = [*sessions, *unmeasured_records(mean_record, sensors.unmeasured)]
+    records = [*sessions, *unmeasured_records(mean_record, sensors)]
     changes = np.stack([difference(one, mean_record) for one in records])
     effects_followed: tuple[Array, ...] = ()
     records_followed = changes[:0]

@@ -113,13 +113,25 @@ def _cut(label: str, depth: int) -> tuple[str, ...]:
 
 
 def effect_classes(
-    groups: Sequence[Sequence[str]], found: Posterior, splitting: Mapping[str, str], present: bool
+    groups: Sequence[Sequence[str]],
+    found: Posterior,
+    splitting: Mapping[str, str],
+    present: bool,
+    untold: bool,
 ) -> tuple[EffectClass, ...]:
-    """Classes in words, with what would split them; `present` says whether there is a gap."""
+    """Classes in words, with what would split them.
+
+    `present` says whether there is a gap, `untold` whether motion alone cannot tell the first cause
+    from another movement.
+    """
     rows = []
     for i, group in enumerate(groups):
         p = [found.labels[label] for label in group]
         text = f"{group[0]} stands alone: these trials tell it from the others."
+        if len(groups) == 1:
+            text = f"{group[0]}: no other cause is probable enough to be compared with it."
+        if untold and i == 0:
+            text = f"{group[0]}, as far as the person did not move otherwise: motion cannot tell."
         if not present:
             text = f"{' or '.join(group)}: no gap shows that would ask for {_all_of(group)}."
         elif len(group) > 1:

@@ -4,12 +4,17 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gap_files import elevation, write_csv
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import GapTrial
-from scapulohumeral.gap.recording.marks import unmeasured, unmeasured_segments
+from scapulohumeral.gap.recording.marks import (
+    is_elbow_unmeasured,
+    unmeasured,
+    unmeasured_segments,
+)
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
 from scapulohumeral.laboratory.record import record_path
 from scapulohumeral.laboratory.trial import Channel
@@ -55,6 +60,19 @@ def test_segments_that_a_rule_stands_for_are_told_from_single_angles(tmp_path: P
     placed = Channel("estimated", "regression", 24.0)
     mark(files[1], SC_z=Channel("estimated", "ends", 6.0), GH_z=placed)
     assert unmeasured_segments(read(files)) == {"clavicle": 3.0, "scapula": 12.0}
+
+
+def test_an_elbow_that_is_a_constant_was_not_measured(tmp_path: Path) -> None:
+    """In one of the trials: what another session measured of it is no difference."""
+    bends = elevation()
+    bends["EL_x"] = np.linspace(10.0, 60.0, len(bends))
+    straight = bends.assign(EL_x=5.0)
+    tables = (bends, straight)
+    files = [write_csv(one, tmp_path / f"reach_r{i}.csv") for i, one in enumerate(tables, 1)]
+    assert not is_elbow_unmeasured(read(files[:1]))
+    assert is_elbow_unmeasured(read(files))
+    mark(files[0], EL_x=ELBOW)
+    assert is_elbow_unmeasured(read(files[:1]))
 
 
 def test_a_record_that_is_none_is_refused(tmp_path: Path) -> None:

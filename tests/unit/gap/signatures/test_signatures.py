@@ -149,13 +149,24 @@ def test_residual_keeps_what_the_prediction_has_not_followed(local):
 
 def test_a_scapula_that_nobody_measured_turns_about_all_its_axes():
     record = small_record()
-    turned = unmeasured_records(record, {"scapula": 12.0})
+    sensors = replace(RECORDER, unmeasured={"scapula": 12.0})
+    turned = unmeasured_records(record, sensors)
     assert len(turned) == 3 * SMOOTH
     turns = np.stack([difference(one, record) for one in turned])
     np.testing.assert_allclose(turns[:, :, :3], 0.0, atol=1e-9)
     spread = np.sqrt(np.sum(turns[:, :, 3:6] ** 2, axis=(0, 2)).mean())
     np.testing.assert_allclose(spread, np.sqrt(3.0) * 12.0, rtol=1e-6)
-    assert unmeasured_records(record, {}) == []
+    assert unmeasured_records(record, RECORDER) == []
+
+
+def test_an_elbow_that_nobody_measured_may_be_bent_in_any_smooth_way():
+    record = small_record()
+    bent = unmeasured_records(record, replace(RECORDER, elbow_sd_deg=35.0))
+    turns = np.stack([difference(one, record) for one in bent])
+    assert len(bent) == SMOOTH
+    np.testing.assert_allclose(turns[:, :, :9], 0.0, atol=1e-9)
+    spread = np.sqrt(np.sum(turns[:, :, 9] ** 2, axis=0).mean())
+    np.testing.assert_allclose(spread, 35.0, rtol=1e-6)
 
 
 def test_sessions_change_frames_and_electrodes():

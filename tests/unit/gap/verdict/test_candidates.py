@@ -54,10 +54,14 @@ def test_a_cause_that_makes_a_gap_larger_leaves_all_of_it() -> None:
 def test_where_no_gap_is_found_no_cause_is_told_from_others() -> None:
     found = Posterior({INFRA: 0.3, SUPRA: 0.2, LOAD: 0.1}, 0.1, 0.3)
     groups = [[INFRA, SUPRA], [LOAD]]
-    told, alone = effect_classes(groups, found, {}, present=True)
+    told, alone = effect_classes(groups, found, {}, present=True, untold=False)
     assert "these trials cannot tell" in told.text
     assert "stands alone" in alone.text
     assert (told.p, told.p_correct_within) == (pytest.approx(0.5), pytest.approx(0.6))
-    for one in effect_classes(groups, found, {}, present=False):
+    [only] = effect_classes(groups[1:], found, {}, present=True, untold=False)
+    assert "no other cause is probable enough" in only.text
+    unsure = effect_classes(groups[::-1], found, {}, present=True, untold=True)
+    assert "motion cannot tell" in unsure[0].text
+    for one in effect_classes(groups, found, {}, present=False, untold=False):
         assert all(label in one.text for label in one.labels)
         assert "no gap shows" in one.text

@@ -101,6 +101,8 @@ def assemble(
     effects = effects_of(case, records, model, settings)
     local = settings_of_signatures(settings, records)
     last = bias_and_following(case, records)
+    # The set-up that all movements of the model share, before processes part.
+    movement(model, next(iter(records.mean_records.values())), local)
     if case.channels and not case.participant.emg_is_of_mvc:
         records = at_level_of_model(records, model, local, case.threads)
         warnings.append(NO_LEVEL)
@@ -109,8 +111,6 @@ def assemble(
         (task, one, durations_s[task], model, effects, records.sensors, local, *last)
         for task, one in records.mean_records.items()
     ]
-    # The set-up that all movements of the model share, before processes part.
-    movement(model, next(iter(records.mean_records.values())), local)
     found = side_by_side(_respond_or_reason, jobs, case.threads)
     signatures = tuple(one for one in found if isinstance(one, TaskSignatures))
     records = at_one_tempo(solved_part(records, found, warnings), signatures, warnings)

@@ -164,13 +164,11 @@ def assess_muscle_geometry(
     gradient = forces.gradients(sampled.held_out_q)
     # Only samples say what is left out: a pose is no jump because the functions miss it.
     keep = held_out.smooth
-    misfit = np.where(keep, without_limit(np.abs(length - held_out.length)), np.nan)
-    arms = without_limit(gradient[..., :10] - held_out.length_gradient)
-    arms = np.where(keep[..., None], arms, np.nan)
+    misfit = errors_where(keep, np.abs(length - held_out.length))
+    arms = errors_where(keep[..., None], gradient[..., :10] - held_out.length_gradient)
     spanned = np.abs(held_out.length_gradient).max(axis=0) > 0.0
     arm_rmse = np.where(spanned, np.sqrt(np.nanmean(arms**2, axis=0)), np.nan)
-    pull = without_limit(gradient[..., 10:] - held_out.translation)
-    pull = np.where(keep[..., None], pull, np.nan)
+    pull = errors_where(keep[..., None], gradient[..., 10:] - held_out.translation)
     fibre = fibre_lengths(forces, record, participant_of(participant).recordings)
     lowest, highest = fibre.min(axis=0), fibre.max(axis=0)
     return pd.DataFrame(
@@ -196,9 +194,9 @@ def assess_muscle_geometry(
     )
 
 
-def without_limit(error: Array) -> Array:
-    """Errors, those that are no number without any limit: no length is right where none is told."""
-    return np.where(np.isfinite(error), error, np.inf)
+def errors_where(keep: Array, error: Array) -> Array:
+    """Errors of what is kept, NaN elsewhere; no limit holds where the functions tell no number."""
+    return np.where(keep, np.where(np.isfinite(error), error, np.inf), np.nan)
 
 
 def fibre_lengths(forces: MuscleForces, record: ModelRecord, recorded: Sequence[Motion]) -> Array:

@@ -18,7 +18,7 @@ from scapulohumeral.dynamics.muscle_forces import MuscleForces
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array, positive_pose
 from scapulohumeral.ocp.solution import read_solution
-from scapulohumeral.stages.geometry import without_limit
+from scapulohumeral.stages.geometry import errors_where
 
 MM = 1e3
 
@@ -63,9 +63,9 @@ def audit_geometry(forces: MuscleForces, samples: Path) -> pd.DataFrame:
     # Of no poses, CasADi evaluates nothing.
     if len(q):
         fitted, _ = forces.lengths(q, np.zeros((len(q), 10)))
-        length_error = np.where(smooth, without_limit(np.abs(fitted - length)), np.nan)
+        length_error = errors_where(smooth, np.abs(fitted - length))
         arm_error = np.abs(forces.gradients(q)[..., :10] - gradient).max(axis=2)
-        arm_error = np.where(smooth, without_limit(arm_error), np.nan)
+        arm_error = errors_where(smooth, arm_error)
     kept = smooth.any(axis=0)
     table = pd.DataFrame(
         {"muscle": names, "poses": len(q), "jumps": np.count_nonzero(~smooth, axis=0)}

@@ -9,6 +9,7 @@ import numpy as np
 
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
+from scapulohumeral.gap.recording.marks import STILL_DEG
 from scapulohumeral.gap.recording.movement_window import SPEED_SHARE, humerothoracic_speed
 from scapulohumeral.gap.recording.observables import JOINT_QUATERNIONS
 from scapulohumeral.model.girdle_range import arm_elevation
@@ -29,8 +30,6 @@ GIRDLE_PHASES, STILL_PHASES = 11, 101
 # Share of a movement that a trial may be still for more or less than others of its task: where it
 # is exceeded, the arm was adjusted before the movement, or held on the way, in some of them.
 OTHER_STILL_SHARE = 0.15
-# A joint that turns by less over all of a movement was not measured [deg].
-STILL_DEG = 0.01
 # Peaks of all channels that differ so much are hardly shares of the same maxima.
 OTHER_MAXIMUM = 8.0
 # Nobody exceeds a maximal contraction by half; without one, another unit is right.
@@ -147,10 +146,10 @@ def unlike_others(case: Case) -> list[str]:
                 f"{trial.window_s[0]:g} to {trial.window_s[1]:g} s; if it is not that of both, put "
                 "a participant.yaml into the folder of each side"
             )
-    for trial in case.trials:
+    for trial in case.compared:
         known = {*case.participant.emg_channels} & {*(trial.emg.channels if trial.emg else ())}
         still = [] if trial.emg is None else sorted(known - {*trial.emg.changing})
-        if still and trial in case.compared:
+        if still:
             notes.append(
                 f"{_called(trial, case)}: {', '.join(still)} never changes, so it is compared in "
                 "no trial; look whether the electrode was on"

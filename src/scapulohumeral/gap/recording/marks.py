@@ -11,8 +11,9 @@ from scapulohumeral.gap.recording.case import GapTrial
 from scapulohumeral.laboratory.trial import Channel
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
-# The elbow is not measured where its angle is a constant: no forearm keeps it to this [deg].
-ELBOW, STILL_DEG = "EL_x", 0.01
+ELBOW = "EL_x"
+# A joint that turns by less over all of a movement was not measured [deg].
+STILL_DEG = 0.01
 # Standard deviation of an elbow that nobody measured [deg]: it may be straight or bent.
 ELBOW_SD_DEG = 35.0
 # A segment is not measured if a rule stands for one of these angles: the others of its joint may be

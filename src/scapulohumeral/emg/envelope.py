@@ -19,7 +19,7 @@ from scipy.signal import butter
 
 from scapulohumeral.emg.recording import Recording
 from scapulohumeral.emg.settings import EnvelopeSettings
-from scapulohumeral.emg.signal_table import read_signals, write_signals
+from scapulohumeral.emg.signal_table import read_signals, write_failed_signals, write_signals
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.smoothing import (
@@ -195,12 +195,18 @@ def write_envelopes(path: Path, envelopes: Envelopes) -> None:
     write_signals(path, columns, envelopes.time_s, envelopes.values, envelopes.simulated)
 
 
+def write_failed_envelopes(path: Path, channels: Sequence[str], reason: str) -> None:
+    """Write what stands for envelopes whose recording could not be simulated."""
+    write_failed_signals(path, [f"{name}_mvc" for name in channels], reason)
+
+
 def read_envelopes(path: Path, channels: Sequence[str]) -> Envelopes:
     """Read envelopes that `write_envelopes` wrote.
 
     Raises
     ------
     DataError                        missing column or number; names file, row and column
+    SolveError                       envelopes of what could not be simulated
     """
     time, values, simulated = read_signals(path, [f"{name}_mvc" for name in channels])
     return Envelopes(tuple(channels), time, values, simulated)

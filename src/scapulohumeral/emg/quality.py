@@ -165,6 +165,18 @@ def write_quality(path: Path, checks: Sequence[Check], simulated: bool) -> None:
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
+def write_failed_quality(path: Path, reason: str) -> None:
+    """Write that there is no recording to check, because it could not be simulated, and why."""
+    document = {
+        "schema": "emg_quality/1",
+        "simulated": True,
+        "passed": False,
+        "failure": reason,
+        "checks": [],
+    }
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
 def clipped_share(volts: Array) -> Array:
     """Share of samples that repeat the largest and smallest value: (C,).
 

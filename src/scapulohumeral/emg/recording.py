@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from scapulohumeral.emg.c3d_file import read_c3d, text_of
-from scapulohumeral.emg.signal_table import read_signals, write_signals
+from scapulohumeral.emg.signal_table import read_signals, write_failed_signals, write_signals
 from scapulohumeral.errors import DataError, absent
 from scapulohumeral.model.csv_table import uniform_rate
 from scapulohumeral.model.motion import TIME_COLUMN
@@ -67,6 +67,7 @@ def read_recording(
     DataError                        other kind of file, a missing channel, a sample that is no
                                      number, time that is not uniform, an unknown unit, or less
                                      than a second; names file, row and column
+    SolveError                       a recording that could not be simulated
     """
     if not path.is_file():
         raise DataError(
@@ -90,6 +91,11 @@ def write_recording(path: Path, recording: Recording) -> None:
     """Write a recording as CSV: time_s, <channel>_V, simulated."""
     columns = [f"{name}_V" for name in recording.channels]
     write_signals(path, columns, recording.time_s, recording.volts, recording.simulated)
+
+
+def write_failed_recording(path: Path, channels: Sequence[str], reason: str) -> None:
+    """Write what stands for a recording that could not be simulated."""
+    write_failed_signals(path, [f"{name}_V" for name in channels], reason)
 
 
 def _read_csv(path: Path, channels: Sequence[str], labels: Mapping[str, str]) -> Recording:

@@ -1,6 +1,7 @@
 """Tables of signals over time that say whether the signals are simulated.
 
-A column says it in every row, so that no copy of a part of the table loses it.
+A column says it in every row, so that no copy of a part of the table loses it. Signals that a
+failed solve was to make are sealed: their table has no number, and says why.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from scapulohumeral.errors import DataError
+from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.model.csv_table import check_increasing, read_numbers
 from scapulohumeral.model.motion import TIME_COLUMN
 from scapulohumeral.model.rotations import Array
 
-MARK_COLUMN = "simulated"
+MARK_COLUMN, FAILURE_COLUMN = "simulated", "simulation_failed"
 
 
 def write_signals(
@@ -37,6 +38,21 @@ def write_signals(
     np.savetxt(path, np.column_stack([time_s, values]), fmt=row, header=header, comments="")
 
 
+def write_failed_signals(path: Path, columns: Sequence[str], reason: str) -> None:
+    """Write the table of signals (C columns) that could not be simulated, and why."""
+    with path.open("w", newline="", encoding="utf-8") as handle:
+        writer = csv.writer(handle)
+        writer.writerow([TIME_COLUMN, *columns, MARK_COLUMN, FAILURE_COLUMN])
+        writer.writerow(["", *[""] * len(columns), "true", reason])
+
+
+def signal_failure(path: Path) -> str:
+    """Why a table holds no signals; empty if it holds some, or is another kind of file."""
+    if path.suffix.lower() != ".csv" or not path.is_file():
+        return ""
+    return (_first_row(path).get(FAILURE_COLUMN) or "").strip()
+
+
 def read_signals(path: Path, columns: Sequence[str]) -> tuple[Array, Array, bool]:
     """Signals of a table.
 
@@ -53,19 +69,27 @@ def read_signals(path: Path, columns: Sequence[str]) -> tuple[Array, Array, bool
     ------
     DataError                        missing column, no number, or time that does not increase;
                                      names file, row and column
+    SolveError                       signals that could not be simulated
     """
+    if failure := signal_failure(path):
+        raise SolveError(f"{path}: {failure}; there are no signals")
     table = read_numbers(path, (TIME_COLUMN, *columns))
     check_increasing(path, TIME_COLUMN, table[:, 0])
     return table[:, 0], table[:, 1:], _is_simulated(path)
 
 
 def _is_simulated(path: Path) -> bool:
-    with path.open(newline="", encoding="utf-8-sig") as handle:
-        first = next(csv.DictReader(handle, skipinitialspace=True))
-    mark = (first.get(MARK_COLUMN) or "false").strip()
+    mark = (_first_row(path).get(MARK_COLUMN) or "false").strip()
     if mark not in ("true", "false"):
         raise DataError(
             f"{path}, row 2, column {MARK_COLUMN}: '{mark}'; expected true or false. "
             "Remove the column if the signals were measured."
         )
     return mark == "true"
+
+
+def _first_row(path: Path) -> dict[str, str]:
+    """First row of a table by column; empty for a table without rows."""
+    # Readers of numbers say what is wrong with an encoding.
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as handle:
+        return next(csv.DictReader(handle, skipinitialspace=True), {})

@@ -19,6 +19,7 @@ import pandas as pd
 
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import Envelopes, read_envelopes
+from scapulohumeral.emg.signal_table import signal_failure
 from scapulohumeral.model.motion import Motion, read_motion
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution, read_solution
@@ -88,11 +89,14 @@ class CoordinationFiles:
 
 @dataclass(frozen=True, eq=False)
 class EmgTrial:
-    """Envelopes (T, C) of one trial and the outcome of its quality checks."""
+    """Envelopes (T, C) of one trial and the outcome of its quality checks.
+
+    Without envelopes the EMG could not be simulated; `quality` says why in its key failure.
+    """
 
     participant: str
     trial: str
-    envelopes: Envelopes
+    envelopes: Envelopes | None
     quality: Mapping[str, Any]
 
 
@@ -297,7 +301,7 @@ class Coordination:
     @property
     def emg_word(self) -> str:
         """What to call the EMG of this study: "simulated EMG" if any of it is."""
-        simulated = any(trial.envelopes.simulated for trial in self.emg)
+        simulated = any(trial.quality["simulated"] for trial in self.emg)
         simulated |= any(c["emg_simulated"] for c in self.calibrations.values())
         return "simulated EMG" if simulated else "EMG"
 
@@ -383,7 +387,9 @@ def _read_emg(files: CoordinationFiles, channels: Channels | None) -> list[EmgTr
         EmgTrial(
             participant=envelope.parent.name,
             trial=envelope.stem.removesuffix("_envelope"),
-            envelopes=read_envelopes(envelope, channels.names),
+            envelopes=(
+                None if signal_failure(envelope) else read_envelopes(envelope, channels.names)
+            ),
             quality=json.loads(quality.read_text(encoding="utf-8")),
         )
         for envelope, quality in zip(files.envelopes, files.emg_quality, strict=True)

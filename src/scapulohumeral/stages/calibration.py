@@ -25,6 +25,7 @@ from scapulohumeral.emg.accuracy import channel_gain
 from scapulohumeral.emg.channels import Channels, read_channels
 from scapulohumeral.emg.envelope import read_envelopes
 from scapulohumeral.emg.settings import EnvelopeSettings
+from scapulohumeral.emg.signal_table import signal_failure
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.emg_term import EmgTerm
@@ -97,7 +98,7 @@ class CalibrationSettings:
 
 @dataclass(frozen=True, eq=False)
 class _Study:
-    """Everything that both estimates share; `untracked` says which tracking failed."""
+    """Everything that both estimates share; `missing` says why there is nothing to solve."""
 
     model: ShoulderModel
     channels: Channels
@@ -106,7 +107,7 @@ class _Study:
     envelopes: np.ndarray
     simulated: bool
     hand_load_kg: float
-    untracked: str
+    missing: str
 
     def posed(self, target: Target, settings: SolveSettings) -> PosedProblem:
         """Problem of the composite motion with generic muscles and what the hand holds."""
@@ -129,7 +130,7 @@ def calibrate(
     """Write the paper's solution with its summary, and the scalers of both estimates.
 
     A calibration that fails is written too, sealed by its status; so is one whose motions have no
-    tracking solution.
+    tracking solution, or no EMG because it could not be simulated.
     """
     study = _read(files, settings)
     try:
@@ -258,8 +259,12 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
     channels = read_channels(files.channels)
     model = load_model(files.model)
     table = np.zeros((len(composite.time_s), len(channels.names)))
-    simulated = False
+    simulated, missing = False, [tracking_failure(motions)]
     for motion, path in zip(motions, files.envelopes, strict=True):
+        if failure := signal_failure(path):
+            missing.append(failure)
+            simulated = True
+            continue
         envelopes = read_envelopes(path, channels.names)
         simulated |= envelopes.simulated
         start, stop = composite.nodes[motion.header["trial"]]
@@ -276,7 +281,7 @@ def _read(files: CalibrationFiles, settings: CalibrationSettings) -> _Study:
         envelopes=table,
         simulated=simulated,
         hand_load_kg=held_load(files.model, composite.nodes),
-        untracked=tracking_failure(motions),
+        missing="; ".join(dict.fromkeys(filter(None, missing))),
     )
 
 
@@ -296,8 +301,8 @@ def _paper_estimate(
     target = composite_target(study.composite, emg=study.emg)
     posed = replace(study.posed(target, settings.solve), scalers=study.scalers)
     start = study.composite.trajectory
-    if study.untracked:
-        result = unsolved(posed, start, study.untracked, solver_log)
+    if study.missing:
+        result = unsolved(posed, start, study.missing, solver_log)
     else:
         result = solve_posed(posed, start, settings.solve, solver_log)
     about = header(

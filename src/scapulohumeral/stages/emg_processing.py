@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scapulohumeral.emg.channels import read_channels
-from scapulohumeral.emg.envelope import normalised_envelopes, write_envelopes
+from scapulohumeral.emg.envelope import (
+    normalised_envelopes,
+    write_envelopes,
+    write_failed_envelopes,
+)
 from scapulohumeral.emg.quality import (
     Check,
     QualityLimits,
@@ -16,10 +20,12 @@ from scapulohumeral.emg.quality import (
     check_recording,
     refuse_rectified,
     spoilt_channels,
+    write_failed_quality,
     write_quality,
 )
 from scapulohumeral.emg.recording import Recording, read_recording
 from scapulohumeral.emg.settings import EnvelopeSettings
+from scapulohumeral.emg.signal_table import signal_failure
 from scapulohumeral.errors import DataError
 from scapulohumeral.model.participant import participant_of
 
@@ -47,6 +53,8 @@ def process_emg(
 ) -> None:
     """Write envelopes on the kinematic time base, and the quality of the recordings.
 
+    EMG that could not be simulated has neither: both files say why.
+
     Parameters
     ----------
     trial : str                      name of the trial in participant.yaml, which gives delay and
@@ -65,6 +73,10 @@ def process_emg(
     """
     measured = participant_of(files.participant).trial(trial).emg
     channels = read_channels(files.channels).names
+    if failure := signal_failure(files.raw):
+        write_failed_envelopes(envelope, channels, failure)
+        write_failed_quality(quality, failure)
+        return
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)
     mvc = read_recording(files.mvc, channels, labels)

@@ -19,14 +19,14 @@ from scapulohumeral.dynamics.compliant_tendon import Pull, compliant_excitation
 from scapulohumeral.dynamics.hill import MuscleParameters
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.emg.channels import Channels, read_channels
-from scapulohumeral.emg.recording import write_recording
+from scapulohumeral.emg.recording import write_failed_recording, write_recording
 from scapulohumeral.emg.synthesis import (
     SimulationSettings,
     random_stream,
     simulate_mvc,
     simulate_recording,
 )
-from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.scalers import Scalers
@@ -44,8 +44,14 @@ from scapulohumeral.problems.posed_problem import (
     read_result,
     solve_posed,
     store,
+    unsolved,
 )
-from scapulohumeral.stages.tracking import held_load, read_trial, tracking_target
+from scapulohumeral.stages.tracking import (
+    held_load,
+    read_trial,
+    tracking_failure,
+    tracking_target,
+)
 
 MODULE = "scapulohumeral.stages.reference_plant"
 
@@ -149,17 +155,23 @@ def simulate_elevations(
     """Let the plant do the composite motion; write its raw EMG of each elevation.
 
     Tendons that stretch change excitations only: forces are shared as they are with rigid ones.
+    A solve that fails is written too, sealed by its status, and so is the EMG that it was to make;
+    so is one whose motions were not tracked.
 
     Parameters
     ----------
     tracked : tracking solutions of the elevations, in the order of the composite motion
     """
-    motions = [read_solution(path) for path in tracked]
+    motions = [read_solution(path, allow_failed=True) for path in tracked]
     composite = compose(motions, settings.time_step_s, pause_s)
     motion = _Motion("composite", held_load(files.model, composite.nodes), tracked)
     posed = _pose(files, composite_target(composite), settings, motion)
-    done = _solve(posed, composite.trajectory, settings, outputs, files, motion)
+    missing = tracking_failure(motions)
+    done = _solve(posed, composite.trajectory, settings, outputs, files, motion, missing)
     channels = read_channels(files.channels)
+    if not done.optimal:
+        _seal(done, channels, outputs)
+        return
     excitation = _excitation(posed, done, files) @ channels.matrix(done.muscles.tolist()).T
     for elevation in motions:
         trial = elevation.header["trial"]
@@ -178,13 +190,19 @@ def simulate_task(
     electrodes: SimulationSettings,
     outputs: PlantOutputs,
 ) -> None:
-    """Let the plant do a daily task as recorded; write its raw EMG."""
+    """Let the plant do a daily task as recorded; write its raw EMG.
+
+    Both are sealed if the solve fails.
+    """
     recording = read_trial(files.model, trial)
     target = tracking_target(recording, settings.time_step_s)
     motion = _Motion(trial, recording.hand_load_kg, [recording.file])
     posed = _pose(files, target, settings, motion)
     done = _solve(posed, posed.cold_start(), settings, outputs, files, motion)
     channels = read_channels(files.channels)
+    if not done.optimal:
+        _seal(done, channels, outputs)
+        return
     excitation = _excitation(posed, done, files) @ channels.matrix(done.muscles.tolist()).T
     stream = random_stream(electrodes.seed, files.participant, trial)
     raw = simulate_recording(done.time_s, excitation, channels, electrodes, stream)
@@ -234,15 +252,13 @@ def _solve(
     outputs: PlantOutputs,
     files: PlantFiles,
     motion: _Motion,
+    missing: str = "",
 ) -> Solution:
-    """Solve and store.
-
-    Raises
-    ------
-    SolveError
-        If the solve fails: there is no EMG to simulate then.
-    """
-    result = solve_posed(posed, start, settings, outputs.solver_log)
+    """Solve and store; with anything `missing`, which is said, nothing is solved."""
+    if missing:
+        result = unsolved(posed, start, missing, outputs.solver_log)
+    else:
+        result = solve_posed(posed, start, settings, outputs.solver_log)
     about = header(
         posed,
         result,
@@ -255,9 +271,12 @@ def _solve(
     )
     done = read_result(posed, result, about)
     store(done, result, (outputs.solution, outputs.summary), {})
-    if not result.optimal:
-        raise SolveError(
-            f"reference plant of {files.participant}, {motion.trial}: {result.message}. Look at "
-            f"{outputs.solver_log}; its EMG cannot be simulated"
-        )
     return done
+
+
+def _seal(done: Solution, channels: Channels, outputs: PlantOutputs) -> None:
+    """Write that there is no EMG, and why."""
+    reason = f"simulated EMG of {done.header['trial']}: {done.header['message']}"
+    print(f"{reason}. Look at {outputs.solver_log}", flush=True)
+    for raw in outputs.raw.values():
+        write_failed_recording(raw, channels.names, reason)

@@ -16,6 +16,7 @@ import pandas as pd
 
 from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.emg.envelope import read_envelopes
+from scapulohumeral.emg.signal_table import signal_failure
 from scapulohumeral.errors import DataError
 from scapulohumeral.ocp.solution import read_solution
 from scapulohumeral.ocp.solving.solver import Start
@@ -99,16 +100,18 @@ def solve_validation(
 def compare_with_emg(solution: Path, channels: Path, envelope: Path) -> pd.DataFrame:
     """Root mean square of excitation minus EMG per channel, columns channel, rmse.
 
-    A failed solve has no excitations: its errors are not numbers.
+    A failed solve has no excitations, and EMG that could not be simulated no envelopes: errors are
+    not numbers then.
     """
     table = read_channels(channels)
     solved = read_solution(solution, allow_failed=True)
     matrix = table.matrix(solved.muscles.tolist())
-    measured = read_envelopes(envelope, table.names).at(solved.time_s)
-    error = solved.excitation @ matrix.T - measured
-    rmse = np.sqrt(np.mean(error**2, axis=0))
-    if not solved.optimal:
-        rmse = np.full(len(rmse), np.nan)
+    if not solved.optimal or signal_failure(envelope):
+        rmse = np.full(len(table.names), np.nan)
+    else:
+        measured = read_envelopes(envelope, table.names).at(solved.time_s)
+        error = solved.excitation @ matrix.T - measured
+        rmse = np.sqrt(np.mean(error**2, axis=0))
     return pd.DataFrame({"channel": table.names, "rmse": rmse})
 
 

@@ -14,6 +14,8 @@ import synthetic_coordination
 import synthetic_study
 import yaml
 
+from scapulohumeral.emg.envelope import write_failed_envelopes
+from scapulohumeral.emg.quality import write_failed_quality
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
@@ -395,6 +397,24 @@ def test_calibration_without_a_result_stands_first_and_enters_nothing(
     assert "par3 (calibration failed: no way)" in html
 
 
+def test_emg_that_could_not_be_simulated_is_shown_as_failed(
+    files: ReportFiles, tmp_path: Path
+) -> None:
+    envelopes, qualities = files.coordination.envelopes, files.coordination.emg_quality
+    sealed, about = tmp_path / "par2" / envelopes[0].name, tmp_path / "quality.json"
+    sealed.parent.mkdir()
+    write_failed_envelopes(sealed, ["anterior_deltoid"], "no way")
+    write_failed_quality(about, "no way")
+    coordination = replace(
+        files.coordination,
+        envelopes=[sealed, *envelopes[1:]],
+        emg_quality=[about, *qualities[1:]],
+    )
+    html = render_report(replace(files, coordination=coordination))
+    assert html.count("NOT SIMULATED") == 1
+    assert "no way" in html
+
+
 def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination) -> None:
     table = coordination.prediction_table.assign(certified=False, seconds=500.0)
     _, certificates, times = solve_verdicts(table, TARGETS["predictions"])
@@ -414,7 +434,7 @@ def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     assert len(worse.worse) == coordination.validation.channel.nunique()
     assert all(text.endswith("not known") for text in worse.worse)
     shown = replace(coordination, validation=table)
-    assert {row[3:5] for row in reduction_table(shown).rows} == {("not converged", "")}
+    assert {row[3:5] for row in reduction_table(shown).rows} == {("no result", "")}
 
 
 def test_worse_channel_is_named() -> None:

@@ -16,7 +16,7 @@ from synthetic_study import PARTICIPANTS
 
 from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
-from scapulohumeral.emg.envelope import Envelopes, write_envelopes
+from scapulohumeral.emg.envelope import Envelopes, write_envelopes, write_failed_envelopes
 from scapulohumeral.errors import ConfigError, DataError, SolveError, StoppedError
 from scapulohumeral.ocp.scalers import Scalers
 from scapulohumeral.ocp.solution import read_solution, write_solution
@@ -253,6 +253,16 @@ def test_calibration_to_a_motion_without_a_solution_is_written_as_failed(elevati
     assert (document["status"], document["scores"], document["groups"]) == ("failed", None, {})
     with pytest.raises(SolveError, match=r"scored.json: calibration failed"):
         recovery_table({"same": tmp_path / "scored.json"})
+
+
+def test_calibration_to_emg_that_could_not_be_simulated_is_written_as_failed(elevation, tmp_path):
+    files = elevation()
+    write_failed_envelopes(files.envelopes[0], NAMES, "simulated EMG of composite: no way")
+    written = tmp_path / "paper.npz", tmp_path / "paper.summary.json"
+    calibrate(files, SETTINGS, written, tmp_path / "scalers.json", tmp_path / "solver.log")
+    document = json.loads((tmp_path / "scalers.json").read_text(encoding="utf-8"))
+    assert (document["status"], document["emg_simulated"]) == ("failed", True)
+    assert "simulated EMG of composite: no way" in document["message"]
 
 
 def test_calibration_that_was_asked_to_end_writes_nothing(elevation, tmp_path, monkeypatch):

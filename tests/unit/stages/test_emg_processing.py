@@ -12,9 +12,14 @@ from emg_study import CHANNELS, CONFIG, ENVELOPE, LIMITS, SIMULATION
 
 from scapulohumeral.emg.envelope import read_envelopes
 from scapulohumeral.emg.quality import refuse_rectified
-from scapulohumeral.emg.recording import Recording, read_recording, write_recording
+from scapulohumeral.emg.recording import (
+    Recording,
+    read_recording,
+    write_failed_recording,
+    write_recording,
+)
 from scapulohumeral.emg.synthesis import random_stream, simulate_mvc, simulate_recording
-from scapulohumeral.errors import ConfigError, DataError
+from scapulohumeral.errors import ConfigError, DataError, SolveError
 from scapulohumeral.model.participant import read_participant
 from scapulohumeral.stages.emg_processing import EmgFiles, EmgSettings, process_emg
 
@@ -68,6 +73,17 @@ def test_simulated_trial(files: EmgFiles, tmp_path: Path) -> None:
     assert quality["simulated"] is True
     assert quality["passed"] is True
     assert len(quality["checks"]) == 8 * (3 + 3 + 1)
+
+
+def test_emg_that_could_not_be_simulated_stays_sealed(files: EmgFiles, tmp_path: Path) -> None:
+    write_failed_recording(files.raw, CHANNELS.names, "no way, even if asked")
+    envelope, quality = tmp_path / "envelope.csv", tmp_path / "quality.json"
+    process_emg("frontal", files, SETTINGS, envelope, quality)
+    with pytest.raises(SolveError, match="envelope.csv: no way, even if asked; there are no"):
+        read_envelopes(envelope, CHANNELS.names)
+    document = json.loads(quality.read_text())
+    assert (document["simulated"], document["passed"]) == (True, False)
+    assert document["failure"] == "no way, even if asked"
 
 
 def test_measured_trial_is_shifted_by_its_delay(

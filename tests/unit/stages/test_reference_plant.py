@@ -3,6 +3,7 @@
 import ast
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +11,22 @@ import pytest
 import yaml
 from emg_study import CHANNELS, CONFIG, SIMULATION
 from muscle_record import muscle_record
-from small_posed import small_settings
+from small_arm import NAMES
+from small_posed import small_model, small_settings, small_tracked
 from synthetic_study import PARTICIPANTS, solution
 
 from scapulohumeral import provenance
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
+from scapulohumeral.emg.channels import read_channels
 from scapulohumeral.emg.recording import read_recording
-from scapulohumeral.errors import ConfigError
-from scapulohumeral.ocp.solution import write_solution
+from scapulohumeral.errors import ConfigError, SolveError
+from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.problems.calibrated_groups import muscle_groups
 from scapulohumeral.problems.model_files import ModelFiles
 from scapulohumeral.stages import reference_plant
 from scapulohumeral.stages.reference_plant import (
     PlantFiles,
+    PlantOutputs,
     plant_muscles,
     read_plant,
     scaler_values,
@@ -125,6 +129,51 @@ def test_the_plant_holds_what_the_participant_held(tmp_path, monkeypatch):
     with pytest.raises(PosedError) as posed:
         simulate_task("drinking", files, small_settings(), SIMULATION, None)
     assert posed.value.args[0].sources == [person.parent / "drinking.csv"]
+
+
+@pytest.fixture
+def small_plant(quaternion_equations, tmp_path, monkeypatch) -> tuple[PlantFiles, PlantOutputs]:
+    """The small arm as its own plant, one channel for each muscle, and what to write."""
+    monkeypatch.setattr(reference_plant, "load_model", lambda _: small_model(quaternion_equations))
+    monkeypatch.setattr(reference_plant, "hashes", lambda *_: {})
+    channels = tmp_path / "channels.csv"
+    rows = "".join(f"{name},{name},{name},{name},\n" for name in NAMES)
+    channels.write_text(f"channel,group,scaled_muscle,elements,neighbours\n{rows}", "utf-8")
+    factors = dict.fromkeys(read_channels(channels).groups, 1.0)
+    plant = changed_plant(tmp_path, lambda d: d.update(force=factors, fibre=factors))
+    person = PARTICIPANTS / "par2" / "participant.yaml"
+    files = PlantFiles(plant, channels, ModelFiles(person, *[Path("unread")] * 4))
+    outputs = PlantOutputs(
+        raw={"frontal": tmp_path / "frontal_raw.csv"},
+        solution=tmp_path / "plant.npz",
+        summary=tmp_path / "plant.summary.json",
+        solver_log=tmp_path / "solver.log",
+    )
+    return files, outputs
+
+
+def is_sealed(outputs: PlantOutputs, reason: str) -> None:
+    """Neither solution nor EMG can be taken for a result, and both say why."""
+    with pytest.raises(SolveError, match=reason):
+        read_solution(outputs.solution)
+    for raw in outputs.raw.values():
+        with pytest.raises(SolveError, match=f"{raw.name}: simulated EMG of .*{reason}"):
+            read_recording(raw, NAMES)
+
+
+def test_emg_of_motions_that_were_not_tracked_is_sealed(small_plant, tmp_path):
+    files, outputs = small_plant
+    tracked = [tmp_path / "frontal.npz"]
+    write_solution(small_tracked("frontal", "failed"), *tracked)
+    simulate_elevations(files, tracked, small_settings(), 1.0, SIMULATION, outputs)
+    is_sealed(outputs, "tracking of frontal failed")
+
+
+def test_emg_of_a_plant_that_found_no_motion_is_sealed(small_plant):
+    files, outputs = small_plant
+    settings = replace(small_settings(), max_iterations=1)
+    simulate_task("frontal", files, settings, SIMULATION, outputs)
+    is_sealed(outputs, "Maximum number of iterations exceeded")
 
 
 def test_contractions_say_that_they_are_simulated(tmp_path):

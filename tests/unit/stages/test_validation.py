@@ -11,7 +11,7 @@ from muscle_record import ELEMENTS
 from small_posed import small_model, small_settings
 from synthetic_study import PARTICIPANTS, solution
 
-from scapulohumeral.emg.envelope import Envelopes, write_envelopes
+from scapulohumeral.emg.envelope import Envelopes, write_envelopes, write_failed_envelopes
 from scapulohumeral.errors import DataError, SolveError
 from scapulohumeral.ocp.solution import read_solution, write_solution
 from scapulohumeral.problems.model_files import ModelFiles
@@ -97,6 +97,14 @@ def test_failed_solve_has_no_error(tmp_path):
     assert len(table) == len(CHANNELS.names)
     np.testing.assert_allclose(table["rmse_generic"], 0.2, atol=1e-6)
     assert table[["rmse_calibrated", "reduction"]].isna().all(axis=None)
+
+
+def test_task_whose_emg_could_not_be_simulated_has_no_error(tmp_path):
+    path, envelope = task_files(tmp_path, "frontal", "generic", np.full(len(ELEMENTS), 0.5))
+    write_failed_envelopes(envelope, CHANNELS.names, "no way")
+    table = compare_with_emg(path, TABLE, envelope)
+    assert table["channel"].tolist() == list(CHANNELS.names)
+    assert table["rmse"].isna().all()
 
 
 def test_task_that_failed_with_all_muscles_keeps_its_rows(tmp_path):

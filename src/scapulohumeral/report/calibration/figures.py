@@ -26,6 +26,11 @@ def emg_quality(coordination: Coordination) -> Table:
     rows: list[tuple[str, ...]] = []
     flagged: set[int] = set()
     for trial in coordination.emg:
+        if trial.envelopes is None:
+            flagged.add(len(rows))
+            failure = trial.quality["failure"]
+            rows.append((trial.participant, trial.trial, "NOT SIMULATED", "", "", failure))
+            continue
         checks = trial.quality["checks"]
         failed = [c for c in checks if not c["passed"]]
         if failed:

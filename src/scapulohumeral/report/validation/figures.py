@@ -62,8 +62,8 @@ def task_table(coordination: Coordination) -> Table:
 
 
 def _number(error: float) -> str:
-    """An error in a table; that of a failed solve is not a number."""
-    return "not converged" if np.isnan(error) else f"{error:.3f}"
+    """An error in a table; that of a failed solve, or without EMG, is not a number."""
+    return "no result" if np.isnan(error) else f"{error:.3f}"
 
 
 @styled

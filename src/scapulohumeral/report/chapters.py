@@ -57,6 +57,7 @@ def validation_chapter(study: Study) -> dict[str, Any] | None:
         "errors": validation_figures.error_figure(coordination),
         "figures": validation_figures.task_figures(coordination),
         "skipped": [p for p in study.models if p not in set(coordination.validation.participant)],
+        "again": validation_figures.solved_again(coordination.validation),
     }
 
 

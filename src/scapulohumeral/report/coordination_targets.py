@@ -17,6 +17,7 @@ from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.prediction.targets import prediction_verdicts
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
+from scapulohumeral.stages.validation import one_per_recording
 
 KIND_NAMES = {"force": "maximum isometric force", "fibre": "optimal fibre length"}
 
@@ -91,15 +92,16 @@ def _at_least(name: str, shares: Mapping[str, float | None], limit: float) -> Ve
 def channel_reductions(validation: pd.DataFrame) -> pd.DataFrame:
     """Error of each participant and channel over all daily tasks, and its reduction.
 
+    A recording that is solved with several loads in the hand counts once, with the first of them.
+
     Returns
     -------
     DataFrame                        columns participant, channel, generic, calibrated (root mean
                                      square over tasks [1]) and reduction [1]; not a number where a
                                      solve failed
     """
-    squares = validation.assign(
-        generic=validation.rmse_generic**2, calibrated=validation.rmse_calibrated**2
-    )
+    once = one_per_recording(validation)
+    squares = once.assign(generic=once.rmse_generic**2, calibrated=once.rmse_calibrated**2)
     groups = squares.groupby(["participant", "channel"], sort=False)[["generic", "calibrated"]]
     table = groups.agg(_root_mean).reset_index()
     return table.assign(reduction=1.0 - table.calibrated / table.generic)

@@ -118,7 +118,11 @@ def compare_with_emg(solution: Path, channels: Path, envelope: Path) -> pd.DataF
 def summarise_validation(
     solutions: Sequence[Path], channels: Path, envelopes: Sequence[Path], summary: Path
 ) -> None:
-    """Write a row per participant, task and channel: rmse_generic, rmse_calibrated.
+    """Write a row per participant, task and channel: rmse_generic, rmse_calibrated, reduction.
+
+    Column recording names the first task that follows the same recording. A recording that is
+    solved with several loads in the hand has several rows, and counts once (see
+    :func:`one_per_recording`).
 
     Parameters
     ----------
@@ -128,21 +132,30 @@ def summarise_validation(
     ------
     DataError                        a solution of other muscles
     """
+    recorded: dict[tuple[str, bytes], str] = {}
     parts = []
     for solution, envelope in zip(solutions, envelopes, strict=True):
-        about = read_solution(solution, allow_failed=True).header
+        solved = read_solution(solution, allow_failed=True)
+        about = solved.header
         if about["parameters"] not in PARAMETERS:
             raise DataError(f"{solution}: muscles {about['parameters']!r}; expected {PARAMETERS}")
         part = compare_with_emg(solution, channels, envelope)
         part["parameters"] = about["parameters"]
+        motion = about["participant"], solved.reference_rad.tobytes()
+        part.insert(0, "recording", recorded.setdefault(motion, about["trial"]))
         part.insert(0, "task", about["trial"])
         part.insert(0, "participant", about["participant"])
         parts.append(part)
     long = pd.concat(parts)
-    keys = ["participant", "task", "channel"]
+    keys = ["participant", "task", "recording", "channel"]
     wide = long.set_index([*keys, "parameters"])["rmse"].unstack()
     # In the order of the solutions; a solve that is missing or failed leaves gaps.
     order = pd.MultiIndex.from_frame(long[keys].drop_duplicates())
     wide = wide.reindex(index=order, columns=list(PARAMETERS)).add_prefix("rmse_")
     wide["reduction"] = 1.0 - wide["rmse_calibrated"] / wide["rmse_generic"]
     wide.reset_index().to_csv(summary, index=False, float_format="%.6g")
+
+
+def one_per_recording(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of :func:`summarise_validation` of the first task of each recording."""
+    return table[table["task"] == table["recording"]]

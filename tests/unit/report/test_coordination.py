@@ -441,10 +441,12 @@ def test_worse_channel_is_named() -> None:
     table = pd.DataFrame(
         {
             "participant": "par2",
-            "task": ["driving", "lifting"] * 2,
-            "channel": ["a", "a", "b", "b"],
-            "rmse_generic": [0.3, 0.4, 0.1, 0.1],
-            "rmse_calibrated": [0.0, 0.0, 0.12, 0.12],
+            "task": ["driving", "lifting", "heavy"] * 2,
+            # What is solved again with another load counts once.
+            "recording": ["driving", "lifting", "lifting"] * 2,
+            "channel": ["a"] * 3 + ["b"] * 3,
+            "rmse_generic": [0.3, 0.4, 0.9, 0.1, 0.1, 0.9],
+            "rmse_calibrated": [0.0, 0.0, 0.9, 0.12, 0.12, 0.1],
         }
     )
     mean, worse = validation_verdicts(table, TARGETS["validation"])

@@ -19,6 +19,7 @@ from scapulohumeral.stages import validation
 from scapulohumeral.stages.validation import (
     ValidationFiles,
     compare_with_emg,
+    one_per_recording,
     solve_validation,
     summarise_validation,
 )
@@ -87,6 +88,22 @@ def test_both_kinds_of_muscles_stand_side_by_side(tmp_path):
         np.testing.assert_allclose(rows["rmse_generic"], generic, atol=1e-6)
         np.testing.assert_allclose(rows["rmse_calibrated"], calibrated, atol=1e-6)
         np.testing.assert_allclose(rows["reduction"], 0.5, atol=1e-4)
+
+
+def test_a_recording_that_is_solved_again_is_named(tmp_path):
+    cases = [(task, kind, 0.5) for task in TASKS for kind in ("generic", "calibrated")]
+    solutions, envelopes = zip(*(task_files(tmp_path, *case) for case in cases), strict=True)
+    for parameters in ("generic", "calibrated"):
+        path = tmp_path / f"frontal_{parameters}.npz"
+        heavy = read_solution(path)
+        again = tmp_path / f"heavy_{parameters}.npz"
+        write_solution(replace(heavy, header={**heavy.header, "trial": "heavy"}), again)
+        solutions, envelopes = (*solutions, again), (*envelopes, envelopes[0])
+    summarise_validation(solutions, TABLE, envelopes, tmp_path / "summary.csv")
+    table = pd.read_csv(tmp_path / "summary.csv")
+    named = dict(table[["task", "recording"]].itertuples(index=False))
+    assert named == {"frontal": "frontal", "sagittal": "sagittal", "heavy": "frontal"}
+    assert set(one_per_recording(table).task) == set(TASKS)
 
 
 def test_failed_solve_has_no_error(tmp_path):

@@ -6,6 +6,7 @@ Letters: N nodes, C channels.
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 
 from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT, VALIDATION_RMSE
 from scapulohumeral.report.coordination import Coordination
@@ -44,6 +45,13 @@ def reduction_table(coordination: Coordination) -> Table:
         "published reduction [%]",
     )  # fmt: skip
     return Table(columns, rows, frozenset(flagged))
+
+
+def solved_again(validation: pd.DataFrame) -> list[str]:
+    """Tasks that follow the recording of another task, with another load in the hand."""
+    again = validation[validation.task != validation.recording]
+    pairs = again[["task", "recording"]].drop_duplicates().itertuples(index=False)
+    return [f"{task.replace('_', ' ')} that of {first.replace('_', ' ')}" for task, first in pairs]
 
 
 def task_table(coordination: Coordination) -> Table:

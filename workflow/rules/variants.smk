@@ -134,6 +134,7 @@ rule compare_predictions:
     params:
         **FIT_REGION,
         code=code_of("compare_predictions"),
+        elsewhere=FITTED_ELSEWHERE,
     threads: 1
     message:
         "Predictions against recordings and against the published ones"

@@ -19,6 +19,7 @@ def against_files(snakemake: Any) -> AgainstFiles:
         participants=[Path(path) for path in given.participants],
         targets=Path(given.targets),
         audit=None if audit is None else Path(audit),
+        elsewhere=snakemake.params.elsewhere,
     )
 
 

@@ -22,11 +22,9 @@ from scapulohumeral.model.rotations import (
     Array,
     make_continuous,
     pose_to_trial,
-    quaternion_conjugate,
-    quaternion_multiply,
-    segment_orientations,
     trial_to_pose,
     unit_pose,
+    with_girdle,
 )
 
 # The authors' mesh [s], and their composite motion: three elevations of 101 rows with 40 rows
@@ -62,7 +60,7 @@ def published_pose(motion: Motion, step: float = NODE_S) -> Array:
     return unit_pose(CubicSpline(motion.time_s, pose)(time_s))
 
 
-def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Array:
+def published_on_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Array:
     """The arm of a published prediction on the recorded girdle, poses (268, 13).
 
     While the arm rises or sinks, the girdle is that of the recording at the same elevation, or at
@@ -91,13 +89,8 @@ def with_recorded_girdle(published: Array, recorded: Mapping[str, Array]) -> Arr
     for joint in JOINTS[:2]:
         found[:, joint] = make_continuous(found[:, joint])
     every = np.arange(len(published))
-    pose = published.copy()
-    pose[:, :8] = np.stack([np.interp(every, known, column) for column in found.T], axis=1)
-    pose = unit_pose(pose)
-    humerus = segment_orientations(published)["humerus"]
-    scapula = segment_orientations(pose)["scapula"]
-    pose[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(scapula), humerus))
-    return pose
+    evenly = [np.interp(every, known, column) for column in found.T]
+    return with_girdle(published, np.stack(evenly, axis=1))
 
 
 def followed_poses(participant: Participant, condition: str = "healthy") -> Array:
@@ -107,7 +100,7 @@ def followed_poses(participant: Participant, condition: str = "healthy") -> Arra
         plane: trial_to_pose(participant.trial(plane).motion.angles_rad)
         for plane in PUBLISHED_PLANES
     }
-    return with_recorded_girdle(published_pose(motion), girdles)
+    return published_on_recorded_girdle(published_pose(motion), girdles)
 
 
 def _elevation(pose: Array) -> Array:

@@ -284,6 +284,15 @@ def segment_orientations(pose: Array) -> dict[str, Array]:
     }
 
 
+def with_girdle(pose: Array, girdle: Array) -> Array:
+    """Poses (N, 13) with other quaternions (N, 8) of SC and AC under the same humerus."""
+    other = unit_pose(np.hstack([girdle, pose[:, 8:]]))
+    blade = segment_orientations(other)["scapula"]
+    humerus = segment_orientations(pose)["humerus"]
+    other[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(blade), humerus))
+    return other
+
+
 def girdle_turned(pose: Array, clavicle: Array, scapula: Array) -> Array:
     """Poses (N, 13) with clavicle and scapula turned under the same humerus.
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.model.rotations import make_continuous, pose_to_trial, unit_pose
+from scapulohumeral.model.rotations import make_continuous, pose_to_trial, unit_pose, with_girdle
 from scapulohumeral.ocp.emg_term import EmgTerm
 from scapulohumeral.ocp.objective import SEGMENTS, Trajectory
 from scapulohumeral.ocp.solution import Solution
@@ -84,6 +84,28 @@ def compose(solutions: Sequence[Solution], step: float, pause_s: float) -> Compo
         activity=np.concatenate(activity),
         nodes=nodes,
     )
+
+
+def with_recorded_girdle(composite: Composite, motions: Sequence[Solution]) -> np.ndarray:
+    """Reference (N, 13) of a composite motion with the girdle as it was recorded.
+
+    Tracked motions give way to what costs less effort: their girdle is degrees from the recorded
+    one. Humerus and elbow stay those of the composite motion.
+
+    Parameters
+    ----------
+    motions : that it was composed from, in quaternions
+    """
+    nodes, girdle = [], []
+    for motion in motions:
+        nodes.append(np.arange(*composite.nodes[motion.header["trial"]]))
+        girdle.append(motion.reference_pose[:, :8])
+    known, recorded = np.concatenate(nodes), np.concatenate(girdle)
+    for joint in (slice(0, 4), slice(4, 8)):
+        recorded[:, joint] = make_continuous(recorded[:, joint])
+    every = np.arange(len(composite.time_s))
+    between = np.stack([np.interp(every, known, column) for column in recorded.T], axis=1)
+    return with_girdle(composite.reference, between)
 
 
 def composite_target(

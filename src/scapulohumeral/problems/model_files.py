@@ -28,9 +28,9 @@ class ModelFiles:
     equations: Path
 
     def all(self) -> list[Path]:
-        """Single files, for hashes."""
+        """Single files, for hashes: of the equations what they were made to, and not how fast."""
         own = [self.participant, self.model, self.thorax, self.geometry]
-        return own + sorted(self.equations.iterdir())
+        return own + sorted(self.equations.glob("*.casadi"))
 
 
 @dataclass(frozen=True, eq=False)

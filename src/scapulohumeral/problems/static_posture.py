@@ -31,8 +31,6 @@ POSE, REACTION = slice(0, 13), slice(13, 16)
 FIRST_ACTIVATION = 16
 REACTION_COLUMNS = slice(33, 36)
 EQUATION_COLUMNS = [*range(13), *range(33, 36)]
-# Distance of the point on the clavicle's axis that guidance follows [m].
-CLAVICLE_POINT_M = 0.5
 HELD, GUIDED = ("humerus", "norm"), ("clavicle", "scapula")
 # Guidance on the way from the recorded posture to the free one [1].
 GUIDANCE = (20.0, 1.0, 0.1, 0.0)
@@ -56,6 +54,7 @@ class Posture:
     glenoid : inclination and version [rad]
     stability : weights of squared shear over compression, superior-inferior and anterior-posterior
     effort : (M,) weights of squared activations
+    clavicle_point_m : distance from the sternum of the point on the clavicle that guidance follows
     """
 
     forces: MuscleForces
@@ -64,6 +63,7 @@ class Posture:
     glenoid: tuple[float, float]
     stability: tuple[float, float]
     effort: Array
+    clavicle_point_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,15 +192,15 @@ def static_posture(
     ----------
     posture : Posture
     pose : (13,) recorded pose, scalar parts >= 0
-    guidance : weights on clavicle and scapula of that pose, one solve after the other; 200 at the
-        end is what tracking gives, 0 the posture of least effort
+    guidance : weights on clavicle and scapula of that pose, one solve after the other; 0 at the end
+        gives the posture of least effort
 
     Raises
     ------
     SolveError                       if the last of the solves does not converge
     """
     errors = _pose_errors()
-    reference = errors.reference(pose_to_trial(pose[None]), CLAVICLE_POINT_M)
+    reference = errors.reference(pose_to_trial(pose[None]), posture.clavicle_point_m)
     relieved = relieve_contact(posture.forces, posture.parameters, pose[None])[0]
     effort = np.full(len(posture.muscles.names), FIRST_EFFORT)
     cold = np.concatenate([relieved, [FIRST_COMPRESSION, 0.0, 0.0], effort])

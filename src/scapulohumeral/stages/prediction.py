@@ -1,8 +1,7 @@
 """Predict scapula and clavicle: only the humerus is tracked (paper, section on SHR prediction).
 
-Every prediction is reached from a solved neighbour: the healthy ones from the tracked composite
-motion, at once or by lowering the weight on scapula and clavicle, all others from the healthy
-prediction by lowering muscle capacity in steps.
+A prediction is reached from the tracked composite motion, at once or by lowering the weight on
+scapula and clavicle, or from a solved neighbour, if its condition names one.
 
 Letters: N nodes, M muscles.
 """
@@ -23,8 +22,8 @@ from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.published_arm import (
     PUBLISHED_PLANES,
+    published_on_recorded_girdle,
     published_pose,
-    with_recorded_girdle,
 )
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.model.rotations import pose_to_trial
@@ -34,7 +33,12 @@ from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.ocp.solving import initial_guess
 from scapulohumeral.ocp.solving.solver import Result, Start
 from scapulohumeral.problems.chosen_problem import chosen_bounds, chosen_parameters, without_force
-from scapulohumeral.problems.composite import Composite, compose, composite_target
+from scapulohumeral.problems.composite import (
+    Composite,
+    compose,
+    composite_target,
+    with_recorded_girdle,
+)
 from scapulohumeral.problems.model_files import ModelFiles, ShoulderModel, load_model
 from scapulohumeral.problems.posed_problem import (
     PosedProblem,
@@ -158,23 +162,28 @@ class _Scene:
     settings: PredictionSettings
     hand_load_kg: float = 0.0
 
-    def posed(self, capacity: float, guidance: float = 0.0) -> PosedProblem:
-        """Problem at a capacity of the limited muscles and a guidance of the free segments."""
-        choices, condition = self.settings.choices, self.condition
-        weights = {**self.settings.solve.weights, "stability": condition.w_gh}
+    @property
+    def solve_settings(self) -> SolveSettings:
+        """Settings with the weights of the condition and of the problem that is chosen."""
+        choices = self.settings.choices
+        weights = {**self.settings.solve.weights, "stability": self.condition.w_gh}
         weights["clavicle_anchor"] = choices.clavicle_anchor
         if choices.strength_exponent is not None:
             weights["strength_exponent"] = choices.strength_exponent
         if choices.reaction_rate is not None:
             weights["reaction_rate"] = choices.reaction_rate
+        return replace(self.settings.solve, weights=weights)
+
+    def posed(self, capacity: float, guidance: float = 0.0) -> PosedProblem:
+        """Problem at a capacity of the limited muscles and a guidance of the free segments."""
+        choices, condition = self.settings.choices, self.condition
         target = composite_target(self.composite, TRACKED, guidance)
         if choices.elbow_in_pauses:
             target = replace(target, elbow_activity=np.ones(len(target.time_s)))
         limited = limit_capacity(
             self.muscles, self.model.record, condition.muscles, capacity, choices.lost_force
         )
-        settings = replace(self.settings.solve, weights=weights)
-        posed = pose(self.model, limited, target, settings, self.hand_load_kg)
+        posed = pose(self.model, limited, target, self.solve_settings, self.hand_load_kg)
         free = with_capsule(posed.parameters, self.model.record)
         parameters = chosen_parameters(free, self.model.record, choices)
         stiffness = condition.girdle_stiffness_Nm_per_rad
@@ -285,11 +294,16 @@ def girdle_held(
     The function takes a share of the tracking weight, with which clavicle and scapula follow the
     recording, or on a published arm the published prediction.
     """
-    scene = _scene(condition, files, settings, _tracked(files, settings))
+    tracked = _tracked(files, settings)
+    scene = _scene(condition, files, settings, tracked)
     free = scene.posed(condition.capacity)
+    step = settings.solve.time_step_s
     if files.arm is not None:
-        motion = published_pose(read_motion(files.arm), settings.solve.time_step_s)
-        scene = replace(scene, composite=replace(scene.composite, reference=motion))
+        motion = published_pose(read_motion(files.arm), step)
+    else:
+        motions = [on_mesh(motion, step) for motion in tracked]
+        motion = with_recorded_girdle(scene.composite, motions)
+    scene = replace(scene, composite=replace(scene.composite, reference=motion))
     return free, lambda share: replace(scene.posed(condition.capacity, share), bounds=free.bounds)
 
 
@@ -334,7 +348,7 @@ def _followed(
         )
     published = published_pose(read_motion(files.arm), step)
     recorded = {motion.header["trial"]: motion.reference_pose for motion in motions}
-    reference = with_recorded_girdle(published, recorded)
+    reference = published_on_recorded_girdle(published, recorded)
     activity = np.zeros(len(reference))
     for first, stop in PUBLISHED_PLANES.values():
         activity[first:stop] = 1.0
@@ -419,7 +433,7 @@ def _write(
     about = header(
         posed,
         result,
-        scene.settings.solve,
+        scene.solve_settings,
         participant=files.model.participant.parent.name,
         # A daily task is followed alone.
         trial="composite" if len(scene.composite.nodes) > 1 else next(iter(scene.composite.nodes)),

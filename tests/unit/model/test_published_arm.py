@@ -10,8 +10,8 @@ from scapulohumeral.model.published_arm import (
     PUBLISHED_NODES,
     PUBLISHED_PLANES,
     PUBLISHED_RISES,
+    published_on_recorded_girdle,
     published_pose,
-    with_recorded_girdle,
 )
 from scapulohumeral.model.rotations import relative_angle, segment_orientations, trial_to_pose
 from scapulohumeral.quantities.paper import RHYTHM
@@ -73,7 +73,7 @@ def test_elevations_end_at_rest_and_peak_where_the_windows_do() -> None:
 
 def test_arm_is_the_published_one_and_girdle_the_recorded_one() -> None:
     motion, girdles = published("healthy"), recorded()
-    pose = with_recorded_girdle(motion, girdles)
+    pose = published_on_recorded_girdle(motion, girdles)
     ours, theirs = segment_orientations(pose), segment_orientations(motion)
     assert np.rad2deg(relative_angle(ours["humerus"], theirs["humerus"])).max() < 1e-4
     np.testing.assert_array_equal(pose[:, 12], motion[:, 12])
@@ -103,10 +103,10 @@ def test_girdle_of_the_published_motion_enters_nothing() -> None:
     # The same humerus in the thorax on another girdle.
     other[:, :8] = published("rc_limited")[:, :8]
     healthy, girdles = segment_orientations(motion)["humerus"], recorded()
-    expected = with_recorded_girdle(motion, girdles)
+    expected = published_on_recorded_girdle(motion, girdles)
     scapula = segment_orientations(other)["scapula"]
     other[:, 8:12] = _product(scapula * [1, -1, -1, -1], healthy)
-    np.testing.assert_allclose(with_recorded_girdle(other, girdles), expected, atol=1e-9)
+    np.testing.assert_allclose(published_on_recorded_girdle(other, girdles), expected, atol=1e-9)
 
 
 def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -129,4 +129,4 @@ def test_missing_plane_is_named() -> None:
     girdles = recorded()
     del girdles["sagittal"]
     with pytest.raises(DataError, match="sagittal"):
-        with_recorded_girdle(published("healthy"), girdles)
+        published_on_recorded_girdle(published("healthy"), girdles)

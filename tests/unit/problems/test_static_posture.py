@@ -58,7 +58,7 @@ def posture(quaternion_equations):
     values = pack(parameters(gravity=[0.1, -3.0, 0.2], mass_load=0.0, **soft))
     forces = MuscleForces(quaternion_equations, geometry)
     effort = np.linspace(0.6, 1.4, 20)
-    return Posture(forces, muscles, values, (0.11, 0.23), (0.62, 2.0), effort)
+    return Posture(forces, muscles, values, (0.11, 0.23), (0.62, 2.0), effort, 0.5)
 
 
 @pytest.fixture

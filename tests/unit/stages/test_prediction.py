@@ -18,7 +18,7 @@ from scapulohumeral.dynamics.parameters import unpack
 from scapulohumeral.dynamics.participant_parameters import muscle_parameters
 from scapulohumeral.errors import ConfigError, SolveError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
-from scapulohumeral.model.rotations import trial_to_pose
+from scapulohumeral.model.rotations import relative_angle, segment_orientations, trial_to_pose
 from scapulohumeral.ocp.objective import Trajectory
 from scapulohumeral.ocp.problem import Bounds
 from scapulohumeral.ocp.solution import read_solution, write_solution
@@ -35,6 +35,7 @@ from scapulohumeral.stages.prediction import (
     PredictionSettings,
     _Scene,
     _ways,
+    girdle_held,
     limit_capacity,
     posing,
     solve_prediction,
@@ -150,6 +151,52 @@ def test_every_choice_of_a_problem_reaches_it(posed):
     np.testing.assert_allclose(low, reference.min(axis=0) - 0.1, atol=1e-6)
     np.testing.assert_allclose(high[1:4], reference[:, 1:4].max(axis=0) + 0.1, atol=1e-6)
     assert high[0] <= 1.0
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [
+        {"springs": "exponential"},
+        {"forearm": "unturned"},
+        {"humerus_centre_m": 0.2},
+        {"capsule_Nm": 3.0},
+        {"conoid": "soft"},
+        {"contact": "none"},
+        {"stops": False},
+    ],
+    ids=lambda choice: next(iter(choice)),
+)
+def test_choices_of_what_is_passive_reach_the_problem(posed, choice):
+    assert not np.array_equal(posed().parameters, posed(**choice).parameters)
+
+
+def test_settings_say_what_was_solved(motions, tmp_path):
+    written = tmp_path / "healthy.npz", tmp_path / "healthy.json"
+    settings = replace(SETTINGS, choices=ProblemChoices(strength_exponent=0.5, reaction_rate=5e-6))
+    files = motions(frontal="failed")
+    solve_prediction(WEAK, files, settings, written, tmp_path / "solver.log")
+    weights = json.loads(written[1].read_text(encoding="utf-8"))["settings"]["weights"]
+    assert weights["stability"] == WEAK.w_gh
+    assert (weights["strength_exponent"], weights["reaction_rate"]) == (0.5, 5e-6)
+
+
+def test_a_held_girdle_is_held_to_the_recording(motions):
+    files = motions(frontal="optimal", sagittal="optimal")
+    free, held = girdle_held(HEALTHY, files, SETTINGS)
+    target = trial_to_pose(held(1.0).target.reference_rad)
+    tracked = trial_to_pose(free.target.reference_rad)
+    humerus = [segment_orientations(pose)["humerus"] for pose in (target, tracked)]
+    np.testing.assert_allclose(relative_angle(*humerus), 0.0, atol=1e-6)
+    first = 0
+    for path in files.tracked:
+        recorded = read_solution(path).reference_pose
+        own, followed = (pose[first : first + len(recorded)] for pose in (target, tracked))
+        for joint in (slice(0, 4), slice(4, 8)):
+            np.testing.assert_allclose(
+                relative_angle(own[:, joint], recorded[:, joint]), 0.0, atol=1e-6
+            )
+        assert relative_angle(followed[:, 0:4], recorded[:, 0:4]).min() > np.deg2rad(1.0)
+        first += len(recorded) + round(SETTINGS.pause_s / SETTINGS.solve.time_step_s) - 1
 
 
 def test_limited_muscles_lose_active_force_or_all(posed):

@@ -57,7 +57,7 @@ class Checkpoint:
 
     Attributes
     ----------
-    folder : named by the task and the hash of the problem
+    folder : named by the task, an underscore and the hash of the problem
     """
 
     folder: Path
@@ -95,8 +95,16 @@ class Checkpoint:
             )
 
     def remove(self) -> None:
-        """Forget all iterates: the problem is solved."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Forget all iterates: the task is solved, by this problem or an older one of it."""
+        task = _task(self.folder)
+        for folder in self.folder.parent.glob(f"{task}*"):
+            if _task(folder) == task:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _task(folder: Path) -> str:
+    """Task in the name of a checkpoint's folder."""
+    return folder.name.rsplit("_", 1)[0]
 
 
 def content_hash(*parts: Any) -> str:

@@ -37,8 +37,6 @@ from scapulohumeral.stages.tracking import held_load
 
 # Elevations at which postures are taken, as far as the arm goes [deg].
 LEVELS_DEG = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
-# Weight on the recorded clavicle and scapula: that of tracking. They stay within a degree or two.
-HELD = (200.0,)
 ANGLES = ("upward_rotation", "tilt", "clavicle_elevation")
 COSTS = ("effort", "stability", "force_bw")
 COLUMNS = (
@@ -80,6 +78,7 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
         glenoid=model.glenoid,
         stability=(w_gh * model.superior_inferior_share, w_gh),
         effort=weights["activation"] * effort_factors(muscles, weights["strength_exponent"]),
+        clavicle_point_m=weights["clavicle_point_m"],
     )
     rows = []
     for path in files.tracked:
@@ -89,7 +88,7 @@ def static_postures(files: PostureFiles, weights: Mapping[str, float], w_gh: flo
         for level, pose in _recorded(tracked.reference_pose):
             about = {"participant": tracked.header["participant"]}
             about |= {"plane": tracked.header["trial"], "arm_deg": level}
-            rows.append(about | _row(loaded, pose, model.record))
+            rows.append(about | _row(loaded, pose, model.record, weights["trajectory_quaternion"]))
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -102,9 +101,12 @@ def _recorded(poses: Array) -> Iterator[tuple[float, Array]]:
             yield level, positive_pose(poses[node])
 
 
-def _row(posture: Posture, pose: Array, record: ModelRecord) -> dict[str, Any]:
+def _row(posture: Posture, pose: Array, record: ModelRecord, held_by: float) -> dict[str, Any]:
+    """Postures free and held: `held_by` weighs the recorded girdle, which stays within a degree or
+    two.
+    """
     try:
-        free, held = static_posture(posture, pose), static_posture(posture, pose, HELD)
+        free, held = static_posture(posture, pose), static_posture(posture, pose, [held_by])
     except SolveError as error:
         return {"status": str(error)}
     costs = _costs("free", posture, free, record) | _costs("held", posture, held, record)

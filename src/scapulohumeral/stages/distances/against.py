@@ -9,7 +9,7 @@ Letters: N nodes.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -105,6 +105,7 @@ def against_recording(
     people: Mapping[str, Path],
     region: Region,
     rest_below_deg: float,
+    elsewhere: Collection[str] = (),
 ) -> pd.DataFrame:
     """Distances of all predictions to the recordings of their participant.
 
@@ -114,6 +115,8 @@ def against_recording(
     people : participant.yaml by participant
     region : that muscle paths were fitted to
     rest_below_deg : elevation below which the arm counts as at rest
+    elsewhere : variants whose muscle paths were fitted to other poses than that region's, so that
+        no share of theirs is said to lie outside
     """
     persons = {name: participant_of(path) for name, path in people.items()}
     fitted = {(name, "own"): recorded_poses(person) for name, person in persons.items()}
@@ -131,7 +134,9 @@ def against_recording(
                 found = recording_distance(pose, tracked[participant][plane], plane, rest_below_deg)
                 outside = outside_region(pose, fitted[participant, one.names["arm"]], region)
                 row |= asdict(found) | {
-                    "outside_fit_share": float(outside.mean()),
+                    "outside_fit_share": (
+                        np.nan if one.names["variant"] in elsewhere else float(outside.mean())
+                    ),
                     STOP_MOMENT: one.summary[STOP_MOMENT],
                 }
                 row |= _joint_force(one, slice(first, stop), rest_below_deg)
@@ -276,7 +281,10 @@ def with_audit(table: pd.DataFrame, audit: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class AgainstFiles:
-    """Files of the comparison; solutions and summaries in the same order."""
+    """Files of the comparison; solutions and summaries in the same order.
+
+    `elsewhere`: see :func:`against_recording`.
+    """
 
     solutions: Sequence[Path]
     summaries: Sequence[Path]
@@ -284,6 +292,7 @@ class AgainstFiles:
     participants: Sequence[Path]
     targets: Path
     audit: Path | None = None
+    elsewhere: Collection[str] = ()
 
 
 def compare(files: AgainstFiles, region: Region, recording: Path, published: Path) -> None:
@@ -306,7 +315,7 @@ def distances_to_recordings(files: AgainstFiles, region: Region) -> pd.DataFrame
         own[solution.header["trial"]] = solution.reference_pose
     targets = yaml.safe_load(files.targets.read_text(encoding="utf-8"))
     rest = float(targets["against_recording"]["rest_below_deg"])
-    table = against_recording(predictions, tracked, people, region, rest)
+    table = against_recording(predictions, tracked, people, region, rest, files.elsewhere)
     if files.audit is not None:
         table = with_audit(table, pd.read_csv(files.audit))
     return table

@@ -91,6 +91,13 @@ def test_an_iterate_comes_back_as_it_was(tmp_path):
     assert place.read() is None
 
 
+def test_a_task_that_is_solved_forgets_older_problems_of_it_and_no_others(tmp_path):
+    for name in ("tracking_par2_1a", "tracking_par2_2b", "tracking_par2_drinking_1a"):
+        Checkpoint(tmp_path / name).write(iterate(1))
+    Checkpoint(tmp_path / "tracking_par2_2b").remove()
+    assert [path.name for path in tmp_path.iterdir()] == ["tracking_par2_drinking_1a"]
+
+
 def test_death_while_writing_leaves_the_iterate_before(tmp_path, monkeypatch):
     place = Checkpoint(tmp_path)
     place.write(iterate(1))

@@ -40,7 +40,7 @@ from scapulohumeral.gap.output.tables import (
     shows_table,
     signature_table,
 )
-from scapulohumeral.gap.output.units import in_unit_of_emg
+from scapulohumeral.gap.output.units import as_predicted
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import Records
 from scapulohumeral.gap.residual.unknown_input import unknown_input_left
@@ -117,6 +117,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
     regions, entering = _regions(found)
     explained = judged.explained
     warnings += [*_remarks_on_gap(evidence.records, gap), *_remarks(found, bool(regions.shows))]
+    doubt = candidates.Doubt.of(judged.untold, why)
     splitting = {e.label: e.splitting for e in (*evidence.effects, MOVEMENT_STRATEGY)}
     halves = found.evidence.halves if found.present else ()
     done = Diagnosis(
@@ -130,9 +131,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
         none_p=p.none,
         no_gap_p=p.no_gap,
         set90=posterior.set90(p, evidence.settings.weighing, found.judged.told),
-        classes=candidates.effect_classes(
-            found.judged.groups, p, splitting, found.present, bool(found.judged.untold)
-        ),
+        classes=candidates.effect_classes(judged.groups, p, splitting, found.present, doubt),
         shrinkage=None if explained is None else explained.shrinkage,
         next_trial=_next_trial(found),
         hint=candidates.hint(causes, p, regions.enters) if found.present else None,
@@ -147,7 +146,7 @@ def answer(found: Findings, warnings: list[str]) -> Diagnosis:
             **_only_with_a_gap(variants, explained),
         },
     )
-    return in_unit_of_emg(done, found.case.participant.emg_unit)
+    return done if found.case.participant.emg_is_of_mvc else as_predicted(done)
 
 
 def _causes(found: Findings) -> tuple[Candidate, ...]:

@@ -40,7 +40,8 @@ from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
 
-# Fewer parts give no interval.
+# Fewer parts give no interval, nor do fewer trials on a side: each is then left out again and
+# again, beside other trials of the other side.
 FEWEST_FOR_INTERVAL = 4
 RESAMPLES = 500
 # A gap this close to the floor leaves nothing to reduce.
@@ -92,7 +93,10 @@ def explain(chosen: Fit, evidence: Evidence, misfit: float, seed: int) -> Explai
     """
     error = evidence.settings.signature_error
     c, parts = evidence.without_cause, evidence.folds
-    trials = {task: len(own) for task, own in evidence.records.test.items()}
+    sides = evidence.records.sides.values()
+    trials = {
+        task: min(len(side[task]) for side in sides if side) for task in evidence.records.test
+    }
     predictor = _predictor(chosen, evidence)
     removed, left_out = shrinkage(predictor, c, parts, trials, misfit, seed)
     return Explained(removed, left_out, controls(c, parts, evidence.unknown_inputs, error, seed))
@@ -145,7 +149,7 @@ def shrinkage(
     ----------
     predictor : of the effect
     residual : mean differences of all tasks, if the movement was the same
-    folds : trials that are left out; trials : number of test trials of each task
+    folds : trials that are left out; trials : number of each task, of the side with fewer
     misfit, seed : as for :func:`explain`
 
     Returns
@@ -284,7 +288,7 @@ def _share(parts: Sequence[tuple[Residual, np.ndarray]], trials: int, seed: int)
     value = _ratio(pairs)
     if value is None:
         return None
-    if len(pairs) < FEWEST_FOR_INTERVAL:
+    if min(len(pairs), trials) < FEWEST_FOR_INTERVAL:
         return Share(value, None, trials)
     rng = np.random.default_rng(seed)
     picks = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))

@@ -25,7 +25,6 @@ from scapulohumeral.errors import REFUSED, ConfigError, DataError, ModelError, S
 from scapulohumeral.gap.labels import CURVES
 from scapulohumeral.gap.recording.case import Case, GapTrial, case_hash, make_case
 from scapulohumeral.gap.recording.fit_together import (
-    check_channels,
     check_repeats,
     check_tasks,
     check_units,
@@ -160,7 +159,6 @@ def read_case(request: Request, config: Config) -> Case:
     check_tasks(case)
     check_repeats(case)
     check_units(case)
-    check_channels(case)
     for note in case.notes:
         log.info("%s", note)
     if request.one_movement:
@@ -174,8 +172,8 @@ def _read(
     """Trials of one side, by the participant files that describe them; `notes` gets remarks."""
     trials = []
     for file, paths in described:
-        check_entries(file.path, file.trials, paths)
-        read, ignored = read_trials(paths, file.trials)
+        notes += check_entries(file.path, file.trials, paths)
+        read, ignored = read_trials(paths, file.trials, tuple(file.participant.emg_channels))
         trials += read
         notes += ignored
     return trials

@@ -395,7 +395,7 @@ KINDS = (
         "id: other; expected anna", "with --participant"),
     Bad("reference of another size",
         other_reference(model={"generic": True, "body_mass_kg": 80, "height_m": 1.9}),
-        "elsewhere/participant.yaml, model:", "with --participant"),
+        "elsewhere/participant.yaml, model.", "with --participant"),
     Bad("reference in another posture",
         other_reference(gravity_in_thorax_mps2=[9.80665, 0.0, 0.0]),
         "elsewhere/participant.yaml, gravity_in_thorax_mps2:", "with --participant"),

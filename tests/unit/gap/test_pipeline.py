@@ -462,8 +462,11 @@ def test_whether_activations_reach_a_record_is_asked_of_emg_that_has_a_level(mon
         assert done.gap.no_cost.tested == tested
 
 
-@pytest.mark.parametrize("unit", ["fraction_of_mvc", "fraction_of_max"])
-def test_emg_has_the_unit_of_the_participant(unit):
+@pytest.mark.parametrize(
+    ("unit", "told"),
+    [("fraction_of_mvc", "fraction_of_mvc"), ("fraction_of_max", "fraction_of_mvc_as_predicted")],
+)
+def test_emg_has_the_unit_in_which_it_is_compared(unit, told):
     known = case(effect=RIGHT)
     participant = replace(known.participant, emg_unit=unit)
     done = diagnose(replace(known, participant=participant), None, SETTINGS)
@@ -472,7 +475,7 @@ def test_emg_has_the_unit_of_the_participant(unit):
     units = {row.unit for row in rows if row.unit.startswith("fraction")}
     for table in done.curves.values():
         units |= {u for u in table.get("unit", ()) if u.startswith("fraction")}
-    assert units == {unit}
+    assert units == {told}
 
 
 def test_what_a_cause_leaves_is_told_with_the_factors_of_the_person(found_by_evidence, by_evidence):

@@ -1,4 +1,8 @@
-"""The unit of EMG in an answer: what the envelopes of this participant are fractions of."""
+"""The unit of EMG in an answer where envelopes are no shares of a maximal contraction.
+
+They are brought to the height that the model predicts (:mod:`..residual.emg_level`), channel by
+channel, so that what an answer says of them is a share as predicted, and not what the file holds.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +13,14 @@ from typing import TypeVar
 from scapulohumeral.gap.recording.observables import EMG_UNIT
 from scapulohumeral.gap.result import Diagnosis, Entered, GroupShrinkage, Regions, Shown
 
+AS_PREDICTED = "fraction_of_mvc_as_predicted"
+
 T = TypeVar("T", Shown, Entered, GroupShrinkage)
 
 
-def in_unit_of_emg(done: Diagnosis, unit: str) -> Diagnosis:
-    """The same answer with the unit of its envelopes, for that of channels of EMG in general.
-
-    Parameters
-    ----------
-    done : an answer
-    unit : of the participant file, such as "fraction_of_max"
-    """
-    regions, shrinkage = done.regions, done.shrinkage
+def as_predicted(done: Diagnosis) -> Diagnosis:
+    """The same answer, whose EMG has the height that was predicted."""
+    regions, shrinkage, unit = done.regions, done.shrinkage, AS_PREDICTED
     if regions is not None:
         regions = Regions(_renamed(regions.shows, unit), _renamed(regions.enters, unit))
     if shrinkage is not None:

@@ -74,7 +74,7 @@ class GapTrial:
     name : stem of the file; not to be used for anything but text
     task, repeat : which movement, and which repeat of it; None if nothing says it
     time_s, angles_rad : (T,) and (T, 10), in the order of ``rotations.ANGLE_NAMES``
-    smooth : the same, low-pass filtered at its own times
+    smooth : the same, low-pass filtered, with frames in its holes
     emg, contact : companions, None if not measured
     window_s : start and end of the movement, on the clock of `time_s`
     source : file that was read

@@ -8,9 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.recording import holes
 from scapulohumeral.gap.recording.case import AT_MAXIMUM, Case, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.marks import STILL_DEG
-from scapulohumeral.gap.recording.movement_window import SPEED_SHARE, humerothoracic_speed
+from scapulohumeral.gap.recording.movement_window import (
+    SPEED_SHARE,
+    humerothoracic_speed,
+    movement_window,
+)
 from scapulohumeral.gap.recording.observables import JOINT_QUATERNIONS
 from scapulohumeral.model.girdle_range import arm_elevation
 from scapulohumeral.model.motion import Motion
@@ -22,11 +27,12 @@ OTHER_UNIT = 20.0
 OTHER_LENGTH = 3.0
 # Nobody begins or ends repeats of a task with an arm raised so differently [deg].
 OTHER_END_DEG = 40.0
-# No person holds clavicle or scapula so differently in repeats of a task [deg]: skin that slides
-# over a scapula is off by half as much, so these are other axes, or a sign.
-OTHER_GIRDLE_DEG = 25.0
+# No person holds a joint so differently in repeats of a task [deg]: skin that slides over a scapula
+# is off by half as much, and repeats of an arm turn about its own axis by less. So these are other
+# axes, or a sign.
+OTHER_JOINT_DEG = {"SC": 25.0, "AC": 25.0, "GH": 40.0}
 # Phases that are compared for it, and for how long an arm is still.
-GIRDLE_PHASES, STILL_PHASES = 11, 101
+JOINT_PHASES, STILL_PHASES = 11, 101
 # Share of a movement that a trial may be still for more or less than others of its task: where it
 # is exceeded, the arm was adjusted before the movement, or held on the way, in some of them.
 OTHER_STILL_SHARE = 0.15
@@ -134,19 +140,21 @@ def unlike_others(case: Case) -> list[str]:
         trials = [trial for trial in case.trials if trial.task == task]
         notes += _unlike_lengths(trials, task, case)
         notes += _unlike_ends(trials, task, case)
-        notes += _unlike_girdles(trials, task, case)
+        notes += _unlike_joints(trials, task, case)
         notes += _unlike_holds(trials, task, case)
         if (fault := _other_unit(trials, "EL")) is not None:
             notes.append(f"{fault}: look whether these are radians, or the arm was straight")
     windows = {trial.name: trial.window_s for trial in case.reference}
     for trial in () if case.one_movement else case.test:
-        if windows.get(trial.name) == trial.window_s:
+        same = windows.get(trial.name) == trial.window_s
+        if same and trial.window_s != movement_window(trial.smooth):
             notes.append(
                 f"{trial.name}: test and reference trial of this name have one window, "
                 f"{trial.window_s[0]:g} to {trial.window_s[1]:g} s; if it is not that of both, put "
                 "a participant.yaml into the folder of each side"
             )
     for trial in case.compared:
+        notes += holes.in_words(_called(trial, case), trial.time_s, trial.window_s)
         known = {*case.participant.emg_channels} & {*(trial.emg.channels if trial.emg else ())}
         still = [] if trial.emg is None else sorted(known - {*trial.emg.changing})
         if still:
@@ -261,11 +269,11 @@ def _unlike_holds(trials: Sequence[GapTrial], task: str, case: Case) -> list[str
     return notes
 
 
-def _unlike_girdles(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
-    """Trials of a task whose clavicle or scapula is held elsewhere, or never turns."""
+def _unlike_joints(trials: Sequence[GapTrial], task: str, case: Case) -> list[str]:
+    """Trials of a task in which a joint is held elsewhere, or never turns."""
     notes = []
-    poses = np.stack([trial_to_pose(trial.moved(GIRDLE_PHASES)[1]) for trial in trials])
-    for joint, part in zip(("SC", "AC"), JOINT_QUATERNIONS[:2], strict=True):
+    poses = np.stack([trial_to_pose(trial.moved(JOINT_PHASES)[1]) for trial in trials])
+    for (joint, limit), part in zip(OTHER_JOINT_DEG.items(), JOINT_QUATERNIONS, strict=True):
         turns = poses[:, :, part]
         still = np.rad2deg(relative_angle(turns[:, :1], turns)).max(axis=1) < STILL_DEG
         if np.any(still):
@@ -277,7 +285,7 @@ def _unlike_girdles(trials: Sequence[GapTrial], task: str, case: Case) -> list[s
             f"{_called(trials[i], case)}, columns {joint}_*: {apart[i, usual]:.0f} deg from "
             f"{_called(trials[usual], case)} of task {task}, in the mean over the movement; look "
             "whether axes and signs are the same"
-            for i in np.flatnonzero(apart[:, usual] > OTHER_GIRDLE_DEG).tolist()
+            for i in np.flatnonzero(apart[:, usual] > limit).tolist()
         ]
     return notes
 
@@ -337,22 +345,6 @@ def _peaks(side: Sequence[GapTrial]) -> dict[str, float]:
     }
 
 
-def check_channels(case: Case) -> None:
-    """Refuse EMG none of whose columns the participant file knows, though it names channels.
-
-    Raises
-    ------
-    DataError                        names file, columns, and channels
-    """
-    known = case.participant.emg_channels
-    for trial in (*case.test, *case.reference):
-        if known and trial.emg is not None and not known.keys() & set(trial.emg.channels):
-            raise DataError(
-                f"{trial.source}, columns {', '.join(trial.emg.channels)}: none is in emg.channels "
-                f"of the participant file, {', '.join(known)}. Rename the columns or the channels."
-            )
-
-
 def _numbered(tasks: Sequence[str]) -> list[str]:
     """Tasks that look like repeats of one, by names that differ by a number at the end."""
     alike: dict[str, list[str]] = {}
@@ -384,12 +376,6 @@ def not_compared(case: Case) -> list[str]:
         notes.append(
             f"EMG channels {', '.join(absent)} of the participant file are in no trial that is "
             "compared, nor in its companion STEM_emg.csv"
-        )
-    further = {name for channels in emg for name in channels} - set(known)
-    if known and further:
-        notes.append(
-            f"EMG of {', '.join(sorted(further))} is not compared: not in emg.channels of the "
-            "participant file"
         )
     unused = dict.fromkeys(t.task for t in case.reference if t.task not in case.tasks)
     if unused:

@@ -43,16 +43,38 @@ def is_elbow_unmeasured(trials: Iterable[GapTrial]) -> bool:
 
 
 def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:
-    """A sentence per rule or constant that stands for joint angles."""
+    """A sentence per rule, and per constant angle of a joint that turns, in place of a measurement.
+
+    An elbow that is a constant in one trial counts as not measured in any.
+    """
     found: dict[Channel, dict[str, None]] = defaultdict(dict)
     having: dict[Channel, set[str]] = defaultdict(set)
     for trial in trials:
         for angle, channel in trial.rules.items():
             found[channel][angle] = None
             having[channel].add(str(trial.source))
+    constant = {angle: _constant_in(angle, trials) for angle in ANGLE_NAMES}
     return tuple(
+        f"{angle} is a constant in {', '.join(names)}, so it was not measured there"
+        + (": the elbow counts as not measured in all trials" if angle == ELBOW else "")
+        for angle, names in constant.items()
+        if names
+    ) + tuple(
         f"{', '.join(angles)} {channel.status}, not measured, in {len(having[channel])} of "
         f"{len(trials)} trials, off by up to about {channel.uncertainty_deg:.0f} deg: an effect on "
         f"{'it' if len(angles) == 1 else 'them'} alone cannot be tested ({channel.rule})"
         for channel, angles in found.items()
     )
+
+
+def _constant_in(angle: str, trials: Sequence[GapTrial]) -> list[str]:
+    """Trials in which an angle that no rule stands for is a constant, while its joint turns."""
+    own = ANGLE_NAMES.index(angle)
+    joint = [i for i, name in enumerate(ANGLE_NAMES) if name.split("_")[0] == angle.split("_")[0]]
+    found = []
+    for trial in trials:
+        spans = np.rad2deg(np.ptp(trial.angles_rad, axis=0))
+        turns = len(joint) == 1 or np.any(spans[joint] >= STILL_DEG)
+        if spans[own] < STILL_DEG and turns and angle not in trial.rules:
+            found.append(str(trial.source))
+    return found

@@ -1,6 +1,6 @@
-"""Tables with a time column as laboratories write them: CSV, and OpenSim's .mot.
+"""Tables with a time column as laboratories write them: CSV, and OpenSim's .mot and .sto.
 
-Rows are counted as a text editor shows them, header lines of a .mot file included.
+Rows are counted as a text editor shows them, header lines of OpenSim's files included.
 """
 
 from __future__ import annotations
@@ -80,13 +80,13 @@ class MotionTable:
 
 
 def read_table(path: Path) -> MotionTable:
-    """Read a CSV file (degrees) or a .mot file (unit by ``inDegrees`` of its header).
+    """Read a CSV file (degrees), or a .mot or .sto file (unit by ``inDegrees`` of its header).
 
     Raises
     ------
     DataError                        no such file, no header, a ragged row, or no rows
     """
-    if path.suffix == ".mot":
+    if path.suffix.lower() in (".mot", ".sto"):
         return _read_mot(path)
     rows = read_rows(path, ())
     return MotionTable(path, tuple(rows[0]), {}, rows, 2, True)

@@ -134,15 +134,14 @@ def _partner(one: GapTrial, others: Sequence[GapTrial]) -> GapTrial | None:
 
 
 def _same_times(one: GapTrial, other: GapTrial) -> bool:
-    """Whether all times are the same, or at other rates the first and last ones.
+    """Whether first and last times are the same, as two systems that start together have them.
 
-    Of two systems that start and stop together, the slower one may miss up to a frame.
+    At one rate nearest frames are half a frame apart at most. The slower of two may miss up to one.
     """
-    if len(one.time_s) == len(other.time_s):
-        return bool(np.allclose(one.time_s, other.time_s, rtol=0.0, atol=SAME_TIME_S))
     frame = max(float(np.median(np.diff(trial.time_s))) for trial in (one, other))
     apart = np.abs(one.time_s[[0, -1]] - other.time_s[[0, -1]])
-    return bool(np.all(apart < frame + SAME_TIME_S))
+    missed = 0.5 * frame if len(one.time_s) == len(other.time_s) else frame
+    return bool(np.all(apart < missed + SAME_TIME_S))
 
 
 def _same_muscles(one: GapTrial, other: GapTrial) -> bool:
@@ -184,4 +183,4 @@ def rise_apart(trials: Sequence[GapTrial], partners: Sequence[GapTrial]) -> floa
 def _rise(trial: GapTrial, times: Array) -> Array:
     """Speed of elevation [rad/s] between some times [s]."""
     raised = elevation(trial_to_pose(trial.smooth.angles_rad))
-    return np.diff(np.interp(times, trial.time_s, raised)) / np.diff(times)
+    return np.diff(np.interp(times, trial.smooth.time_s, raised)) / np.diff(times)

@@ -7,7 +7,7 @@ or by body size, EMG set-up, trial windows) and this study's own ``config/partic
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +97,10 @@ def _check_alike(own: ParticipantFile, file: ParticipantFile) -> None:
     one, other = own.participant, file.participant
     described = {
         "id": (one.id, other.id),
-        "model": (one.model, other.model),
+        **{
+            f"model.{name}": (getattr(one.model, name), getattr(other.model, name))
+            for name in (field.name for field in fields(ScaledModel))
+        },
         "gravity_in_thorax_mps2": (one.gravity_mps2, other.gravity_mps2),
     }
     common = sorted(one.emg_channels.keys() & other.emg_channels.keys())

@@ -1,8 +1,8 @@
-"""Recorded trials for a diagnosis, read from CSV or .mot files with optional companions.
+"""Recorded trials for a diagnosis, read from CSV, .mot or .sto files with optional companions.
 
 ``STEM.csv`` (degrees) or ``STEM.mot`` (unit by its header) has the time and the ten joint angles;
 EMG and contact force are further columns of it or companions ``STEM_emg.csv``, ``STEM_force.csv``
-at their own rate, on the same clock. Nothing is resampled or filtered here.
+(or .mot, .sto) at their own rate, on the same clock. Nothing is resampled or filtered here.
 
 Letters: T frames, S samples of a companion.
 """
@@ -19,6 +19,7 @@ import numpy as np
 from scapulohumeral.errors import ConfigError, DataError
 from scapulohumeral.gap.recording.case import ContactSeries, EmgSeries, GapTrial
 from scapulohumeral.gap.recording.held_still import check_movement
+from scapulohumeral.gap.recording.holes import filled
 from scapulohumeral.gap.recording.motion_files import MotionTable, read_table
 from scapulohumeral.gap.recording.movement_window import movement_window, smoothed
 from scapulohumeral.gap.recording.observables import CONTACT_CHANNELS
@@ -31,7 +32,7 @@ from scapulohumeral.model.rotations import ANGLE_NAMES, Array, trial_to_pose
 
 COMPANION = re.compile(r"(?P<stem>.+)_(?:emg|force)")
 EMG_COLUMN = re.compile(r"EMG_[^/+ >]+")
-SUFFIXES = (".csv", ".mot")
+SUFFIXES = (".csv", ".mot", ".sto")
 FEWEST_FRAMES = 10
 SHORTEST_S = 0.2
 # Envelopes as shares of the maximum stay within a few units, also with a wrong gain; as percent,
@@ -98,8 +99,13 @@ def trial_files(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
     return trials, notes
 
 
-def check_entries(file: Path, entries: Mapping[str, TrialEntry], paths: Sequence[Path]) -> None:
+def check_entries(
+    file: Path, entries: Mapping[str, TrialEntry], paths: Sequence[Path]
+) -> list[str]:
     """Refuse entries of a participant file that nearly name a trial: they would be overlooked.
+
+    Others may be of trials that are not compared now. If no file beside has their name, a sentence
+    says so.
 
     Parameters
     ----------
@@ -110,7 +116,9 @@ def check_entries(file: Path, entries: Mapping[str, TrialEntry], paths: Sequence
     ------
     ConfigError                      names the entry and the trial
     """
-    stems = {path.stem for path in paths}
+    stems, notes = {path.stem for path in paths}, []
+    near = (*file.parent.glob("*"), *file.parent.glob("*/*"))
+    beside = {path.stem for path in near if path.suffix.lower() in SUFFIXES}
     meant = {stem.casefold(): stem for stem in stems}
     for name in entries.keys() - stems:
         stem = meant.get(Path(name).stem.casefold() if name.endswith(SUFFIXES) else name.casefold())
@@ -119,10 +127,13 @@ def check_entries(file: Path, entries: Mapping[str, TrialEntry], paths: Sequence
                 f"{file}, trials.{name}: no such trial; expected '{stem}', the name of its file "
                 "without the suffix. Rename the entry."
             )
+        if name not in beside | stems:
+            notes.append(f"{file}, trials.{name}: no file of this name; look how it is spelt")
+    return notes
 
 
 def read_trials(
-    paths: Sequence[Path], entries: Mapping[str, TrialEntry]
+    paths: Sequence[Path], entries: Mapping[str, TrialEntry], channels: Sequence[str] = ()
 ) -> tuple[list[GapTrial], list[str]]:
     """Read trials with their companions.
 
@@ -130,6 +141,7 @@ def read_trials(
     ----------
     paths : files, as from `trial_files`
     entries : stem of a file -> what the participant file says of it
+    channels : of EMG that are read; none: all that there are
 
     Returns
     -------
@@ -142,20 +154,28 @@ def read_trials(
     """
     trials, notes = [], []
     for path in paths:
-        trial, ignored = read_trial(path, entries.get(path.stem, TrialEntry()))
+        trial, ignored = read_trial(path, entries.get(path.stem, TrialEntry()), channels)
         trials.append(trial)
         notes += [f"{file}: columns ignored: {', '.join(names)}" for file, names in ignored.items()]
+        emg = sorted({n for names in ignored.values() for n in names if EMG_COLUMN.fullmatch(n)})
+        if emg:
+            notes.append(
+                f"{path.stem}: EMG of {', '.join(emg)} is not compared: not in emg.channels of the "
+                "participant file"
+            )
     return trials, notes
 
 
-def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tuple[str, ...]]]:
+def read_trial(
+    path: Path, entry: TrialEntry, channels: Sequence[str] = ()
+) -> tuple[GapTrial, dict[Path, tuple[str, ...]]]:
     """Read one trial with its companions, and the columns that are not used, by file.
 
     Raises
     ------
     DataError                        see `read_trials`
     """
-    if path.suffix not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES:
         raise DataError(
             f"{path}: suffix '{path.suffix}'; expected {' or '.join(SUFFIXES)}. "
             "Export it as one of them."
@@ -165,14 +185,15 @@ def read_trial(path: Path, entry: TrialEntry) -> tuple[GapTrial, dict[Path, tupl
     angles = without_turns(_angles_rad(table))
     emg_table, emg_columns = _series_table(table, path, "emg", _emg_columns)
     force_table, force_columns = _series_table(table, path, "force", _force_columns)
+    emg_columns = _known(emg_table, emg_columns, channels)
     pose = trial_to_pose(angles)
     check_speed(table, time_s, pose)
     check_ranges(table, pose)
-    smooth = smoothed(Motion(time_s, angles))
+    smooth = smoothed(filled(Motion(time_s, angles)))
     window = entry.window_s or movement_window(smooth)
     _check_window(path, time_s, window)
-    moving = (time_s >= window[0]) & (time_s <= window[1])
-    check_movement(path, Motion(time_s[moving], smooth.angles_rad[moving]))
+    moving = (smooth.time_s >= window[0]) & (smooth.time_s <= window[1])
+    check_movement(path, Motion(smooth.time_s[moving], smooth.angles_rad[moving]))
     task, repeat = task_and_repeat(path.stem)
     trial = GapTrial(
         name=path.stem,
@@ -211,15 +232,19 @@ def task_and_repeat(stem: str) -> tuple[str, int | None]:
 
 def _is_orphan(path: Path) -> bool:
     """Whether a file is a companion by name and columns, whose trial is not there."""
-    if not COMPANION.fullmatch(path.stem) or path.suffix != ".csv" or not path.is_file():
+    if not COMPANION.fullmatch(path.stem) or path.suffix.lower() not in SUFFIXES:
         return False
-    return not {*COLUMNS, *COLUMNS.values()} - {"time", TIME_COLUMN} & first_line_names(path)
+    if not path.is_file():
+        return False
+    is_csv = path.suffix.lower() == ".csv"
+    names = first_line_names(path) if is_csv else {*read_table(path).columns}
+    return not {*COLUMNS, *COLUMNS.values()} - {"time", TIME_COLUMN} & names
 
 
 def _companion_of(path: Path) -> Path | None:
     """The trial whose companion a file is, or None."""
     match = COMPANION.fullmatch(path.stem)
-    if match is None or path.suffix != ".csv":
+    if match is None or path.suffix.lower() not in SUFFIXES:
         return None
     owners = (path.with_name(match["stem"] + suffix) for suffix in SUFFIXES)
     return next((owner for owner in owners if owner.is_file()), None)
@@ -287,6 +312,27 @@ def _emg_columns(table: MotionTable) -> tuple[str, ...]:
     return tuple(sorted(name for name in table.columns if EMG_COLUMN.fullmatch(name)))
 
 
+def _known(
+    table: MotionTable | None, columns: tuple[str, ...], channels: Sequence[str]
+) -> tuple[str, ...]:
+    """Columns of EMG that the participant file knows: what is not compared need not be sound.
+
+    Raises
+    ------
+    DataError                        it knows none of them
+    """
+    known = tuple(name for name in columns if name in channels)
+    if table is None or not channels or known:
+        return known if channels else columns
+    letters = {name.casefold() for name in channels}
+    capitals = any(name.casefold() in letters for name in columns)
+    raise DataError(
+        f"{table.path}, columns {', '.join(columns)}: none is in emg.channels of the participant "
+        f"file, {', '.join(channels)}{', which differ by capital letters' if capitals else ''}. "
+        "Rename the columns or the channels."
+    )
+
+
 def _force_columns(table: MotionTable) -> tuple[str, ...]:
     present = tuple(name for name in CONTACT_CHANNELS if name in table.columns)
     if present and present != CONTACT_CHANNELS:
@@ -305,9 +351,16 @@ def _series_table(
 ) -> tuple[MotionTable | None, tuple[str, ...]]:
     """Where a companion series stands, its own file or the trial's, and its columns there."""
     columns = columns_of(table)
-    file = path.with_name(f"{path.stem}_{kind}.csv")
-    if not file.is_file():
+    files = [path.with_name(f"{path.stem}_{kind}{suffix}") for suffix in SUFFIXES]
+    files = [file for file in files if file.is_file()]
+    if not files:
         return (table, columns) if columns else (None, ())
+    if len(files) > 1:
+        raise DataError(
+            f"{files[0]} and {files[1].name}: one recording in two formats; expected one of them. "
+            "Remove the other."
+        )
+    [file] = files
     companion = read_table(file).renamed({TIME_COLUMN: "time"})
     if columns:
         raise DataError(

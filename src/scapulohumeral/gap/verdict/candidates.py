@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from enum import Enum
 
 import numpy as np
 
@@ -112,17 +113,29 @@ def _cut(label: str, depth: int) -> tuple[str, ...]:
     return tuple(sorted("/".join(part.split("/")[:depth]) for part in label.split(JOIN)))
 
 
+class Doubt(Enum):
+    """Why the first cause is not named: motion cannot tell it, or something else speaks against."""
+
+    NONE, UNTOLD, UNDECIDED = range(3)
+
+    @classmethod
+    def of(cls, untold: str | None, why: str | None) -> Doubt:
+        """By the reason that motion alone gives, and by that of the answer's status."""
+        if untold:
+            return cls.UNTOLD
+        return cls.UNDECIDED if why else cls.NONE
+
+
 def effect_classes(
     groups: Sequence[Sequence[str]],
     found: Posterior,
     splitting: Mapping[str, str],
     present: bool,
-    untold: bool,
+    doubt: Doubt,
 ) -> tuple[EffectClass, ...]:
     """Classes in words, with what would split them.
 
-    `present` says whether there is a gap, `untold` whether motion alone cannot tell the first cause
-    from another movement.
+    `present` says whether there is a gap, `doubt` why the first cause is not named.
     """
     rows = []
     for i, group in enumerate(groups):
@@ -130,8 +143,10 @@ def effect_classes(
         text = f"{group[0]} stands alone: these trials tell it from the others."
         if len(groups) == 1:
             text = f"{group[0]}: no other cause is probable enough to be compared with it."
-        if untold and i == 0:
+        if i == 0 and doubt is Doubt.UNTOLD:
             text = f"{group[0]}, as far as the person did not move otherwise: motion cannot tell."
+        elif i == 0 and doubt is Doubt.UNDECIDED:
+            text = f"{group[0]} comes nearest, and is not named (see status_reason)."
         if not present:
             text = f"{' or '.join(group)}: no gap shows that would ask for {_all_of(group)}."
         elif len(group) > 1:

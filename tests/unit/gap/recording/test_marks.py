@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from gap_files import elevation, write_csv
 
@@ -39,7 +40,7 @@ def mark(file: Path, **channels: Channel) -> None:
 
 
 def test_marks_of_converted_trials_are_told(tmp_path: Path) -> None:
-    files = [write_csv(elevation(), tmp_path / f"reach_r{i}.csv") for i in (1, 2, 3)]
+    files = [write_csv(all_moving(), tmp_path / f"reach_r{i}.csv") for i in (1, 2, 3)]
     mark(files[0], SC_x=TURN, AC_x=TURN, EL_x=ELBOW)
     mark(files[1], SC_x=TURN, AC_x=TURN)
     turn, elbow = unmeasured(read(files))
@@ -48,9 +49,25 @@ def test_marks_of_converted_trials_are_told(tmp_path: Path) -> None:
     assert elbow.startswith("EL_x assumed, not measured, in 1 of 3 trials")
 
 
+def all_moving() -> pd.DataFrame:
+    """An elevation in which no angle is a constant."""
+    table = elevation()
+    rises = np.linspace(0.0, 1.0, len(table))
+    still = [name for name in table.columns if table[name].nunique() == 1]
+    return table.assign(**{name: table[name] + 50.0 * rises for name in still})
+
+
 def test_trials_without_a_record_count_as_measured(tmp_path: Path) -> None:
-    files = [write_csv(elevation(), tmp_path / f"reach_r{i}.csv") for i in (1, 2)]
+    files = [write_csv(all_moving(), tmp_path / f"reach_r{i}.csv") for i in (1, 2)]
     assert unmeasured(read(files)) == ()
+
+
+def test_a_constant_angle_of_a_joint_that_turns_is_told(tmp_path: Path) -> None:
+    """Axial rotation that nobody measured, for one: filled with zeros it looks like a rotation."""
+    tables = (all_moving(), all_moving().assign(GH_yy=0.0))
+    files = [write_csv(one, tmp_path / f"reach_r{i}.csv") for i, one in enumerate(tables, 1)]
+    [note] = unmeasured(read(files))
+    assert note == f"GH_yy is a constant in {files[1]}, so it was not measured there"
 
 
 def test_segments_that_a_rule_stands_for_are_told_from_single_angles(tmp_path: Path) -> None:
@@ -64,13 +81,14 @@ def test_segments_that_a_rule_stands_for_are_told_from_single_angles(tmp_path: P
 
 def test_an_elbow_that_is_a_constant_was_not_measured(tmp_path: Path) -> None:
     """In one of the trials: what another session measured of it is no difference."""
-    bends = elevation()
-    bends["EL_x"] = np.linspace(10.0, 60.0, len(bends))
+    bends = all_moving()
     straight = bends.assign(EL_x=5.0)
     tables = (bends, straight)
     files = [write_csv(one, tmp_path / f"reach_r{i}.csv") for i, one in enumerate(tables, 1)]
     assert not is_elbow_unmeasured(read(files[:1]))
     assert is_elbow_unmeasured(read(files))
+    [note] = unmeasured(read(files))
+    assert note.startswith(f"EL_x is a constant in {files[1]}, so it was not measured there: the ")
     mark(files[0], EL_x=ELBOW)
     assert is_elbow_unmeasured(read(files[:1]))
 

@@ -124,13 +124,22 @@ def test_two_tests_of_one_reference_are_no_two_pairs():
 
 def test_other_times_are_another_movement():
     one = trial(1, skin=1.0)
-    later = Motion(one.time_s + 0.01, one.angles_rad)
+    later = Motion(one.time_s + 0.6 * (one.time_s[1] - one.time_s[0]), one.angles_rad)
     test = [trial(0, skin=1.0), replace(one, time_s=later.time_s, smooth=later)]
     given = case(test, [trial(0), trial(1)])
     assert aligned(given) is given
     assert not perhaps(given)
     with pytest.raises(DataError, match="lift_r1_skin.*--one-movement"):
         stated(given)
+
+
+def test_clocks_that_differ_by_less_than_half_a_frame_record_one_movement():
+    def late(one: GapTrial) -> GapTrial:
+        later = Motion(one.time_s + 0.2 * (one.time_s[1] - one.time_s[0]), one.angles_rad)
+        return replace(one, time_s=later.time_s, smooth=later)
+
+    given = case([late(trial(i, skin=1.0)) for i in (0, 1)], [trial(0), trial(1)])
+    assert aligned(given).one_movement
 
 
 def slower(one: GapTrial, every: int) -> GapTrial:

@@ -5,7 +5,7 @@ import pytest
 from made_up_hypotheses import DAMPING, hypothesis, residual
 
 from scapulohumeral.gap.isolation.laplace import fit
-from scapulohumeral.gap.verdict.candidates import _level, effect_classes, share_left
+from scapulohumeral.gap.verdict.candidates import Doubt, _level, effect_classes, share_left
 from scapulohumeral.gap.verdict.posterior import Posterior
 
 pytestmark = pytest.mark.unit
@@ -54,14 +54,17 @@ def test_a_cause_that_makes_a_gap_larger_leaves_all_of_it() -> None:
 def test_where_no_gap_is_found_no_cause_is_told_from_others() -> None:
     found = Posterior({INFRA: 0.3, SUPRA: 0.2, LOAD: 0.1}, 0.1, 0.3)
     groups = [[INFRA, SUPRA], [LOAD]]
-    told, alone = effect_classes(groups, found, {}, present=True, untold=False)
+    told, alone = effect_classes(groups, found, {}, present=True, doubt=Doubt.NONE)
     assert "these trials cannot tell" in told.text
     assert "stands alone" in alone.text
     assert (told.p, told.p_correct_within) == (pytest.approx(0.5), pytest.approx(0.6))
-    [only] = effect_classes(groups[1:], found, {}, present=True, untold=False)
+    [only] = effect_classes(groups[1:], found, {}, present=True, doubt=Doubt.NONE)
     assert "no other cause is probable enough" in only.text
-    unsure = effect_classes(groups[::-1], found, {}, present=True, untold=True)
+    unsure = effect_classes(groups[::-1], found, {}, present=True, doubt=Doubt.UNTOLD)
     assert "motion cannot tell" in unsure[0].text
-    for one in effect_classes(groups, found, {}, present=False, untold=False):
+    undecided = effect_classes(groups[::-1], found, {}, present=True, doubt=Doubt.UNDECIDED)
+    assert "is not named" in undecided[0].text
+    assert "stands alone" not in undecided[0].text
+    for one in effect_classes(groups, found, {}, present=False, doubt=Doubt.NONE):
         assert all(label in one.text for label in one.labels)
         assert "no gap shows" in one.text

@@ -40,7 +40,11 @@ COLUMNS = (
     "status_reason",
     "said",
     "seconds",
+    "core_seconds",
+    "code",
 )
+# Of the hash of the code that answered, to tell answers of different code apart.
+SHOWN_OF_HASH = 8
 # Between labels of a cell, of which one is right, and between sentences.
 OR, AND = " or ", " | "
 
@@ -65,7 +69,8 @@ def case_table(
         source = cases.people[case.person].source
         about = {"case": name, "kind": case.kind, "known": case.known, "source": source}
         answer = read_result(result)
-        row = {**about, **judged(answer, case.truth), "seconds": _seconds(spent)}
+        row = {**about, **judged(answer, case.truth), **_times(spent)}
+        row["code"] = answer["hashes"]["code"][:SHOWN_OF_HASH]
         rows.append(row | {"held_out": held_out(answer, result.parent)})
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
@@ -149,8 +154,10 @@ def _said(answer: Mapping[str, Any]) -> Iterator[str]:
     yield from answer["warnings"]
 
 
-def _seconds(path: Path) -> float:
+def _times(path: Path) -> dict[str, float]:
+    """Seconds by the clock and of processors, of the last run."""
     try:
-        return float(json.loads(path.read_text(encoding="utf-8").splitlines()[-1])["s"])
+        spent = json.loads(path.read_text(encoding="utf-8").splitlines()[-1])
+        return {"seconds": float(spent["s"]), "core_seconds": float(spent["cpu_time"])}
     except (OSError, ValueError, KeyError, IndexError) as error:
         raise DataError(f"{path}: {error}. Run the diagnosis again.") from error

@@ -122,12 +122,14 @@ def test_failed_solve_has_a_row_without_verdict(tmp_path: Path) -> None:
     paths[0].write_text(json.dumps(answer()), encoding="utf-8")
     write_curves({"left_out": table_of(LeftOutRow, [LeftOutRow("lift", 3.0, 1.5)])}, tmp_path)
     paths[1].write_text(json.dumps(answer(**failed)), encoding="utf-8")
-    paths[2].write_text('{"s": 12.5}\n', encoding="utf-8")
+    paths[2].write_text('{"s": 12.5, "cpu_time": 20.0}\n', encoding="utf-8")
     table = case_table(CASES, ["load", "support"], paths[:2], [paths[2]] * 2)
     assert tuple(table.columns) == COLUMNS
     assert list(table.present.isna()) == [False, True]
     assert list(table.status_reason) == ["", "SolveError: x"]
     assert list(table.seconds) == [12.5, 12.5]
+    assert list(table.core_seconds) == [20.0, 20.0]
+    assert list(table.code) == [HASHES["code"][:8]] * 2
     assert table.held_out[0] == 0.75
     assert table.truth[0] == "body/hand_load"
     with pytest.raises(DataError, match="Run the diagnosis again"):

@@ -11,11 +11,12 @@ from scapulohumeral.gap.recording.case import GapTrial
 from scapulohumeral.laboratory.trial import Channel
 from scapulohumeral.model.rotations import ANGLE_NAMES
 
-ELBOW = "EL_x"
+ELBOW, AXIAL_ROTATION = "EL_x", "GH_yy"
 # A joint that turns by less over all of a movement was not measured [deg].
 STILL_DEG = 0.01
-# Standard deviation of an elbow that nobody measured [deg]: it may be straight or bent.
-ELBOW_SD_DEG = 35.0
+# Standard deviations of angles that nobody measured [deg]: an elbow may be straight or bent, and a
+# humerus turned about its own axis from in front of the body to behind it.
+UNMEASURED_SD_DEG = {ELBOW: 35.0, AXIAL_ROTATION: 35.0}
 # A segment is not measured if a rule stands for one of these angles: the others of its joint may be
 # rules of another segment's.
 TELLING_ANGLE = {"clavicle": "SC_z", "scapula": "GH_z"}
@@ -33,19 +34,23 @@ def unmeasured_segments(trials: Iterable[GapTrial]) -> dict[str, float]:
     return found
 
 
-def is_elbow_unmeasured(trials: Iterable[GapTrial]) -> bool:
-    """Whether the elbow is a constant in any of the trials that are compared, or a rule."""
-    column = ANGLE_NAMES.index(ELBOW)
-    return any(
-        ELBOW in trial.rules or np.rad2deg(np.ptp(trial.angles_rad[:, column])) < STILL_DEG
-        for trial in trials
-    )
+def unmeasured_angles(trials: Iterable[GapTrial]) -> dict[str, float]:
+    """Elbow and axial rotation of the humerus, where they are a rule or a constant in any of the
+    trials that are compared: their standard deviations [deg].
+    """
+    given = list(trials)
+    return {
+        angle: deviation
+        for angle, deviation in UNMEASURED_SD_DEG.items()
+        if any(angle in trial.rules or _span_deg(trial, angle) < STILL_DEG for trial in given)
+    }
 
 
 def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:
     """A sentence per rule, and per constant angle of a joint that turns, in place of a measurement.
 
-    An elbow that is a constant in one trial counts as not measured in any.
+    An elbow, or an axial rotation of the humerus, that is a constant in one trial counts as not
+    measured in any.
     """
     found: dict[Channel, dict[str, None]] = defaultdict(dict)
     having: dict[Channel, set[str]] = defaultdict(set)
@@ -56,7 +61,7 @@ def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:
     constant = {angle: _constant_in(angle, trials) for angle in ANGLE_NAMES}
     return tuple(
         f"{angle} is a constant in {', '.join(names)}, so it was not measured there"
-        + (": the elbow counts as not measured in all trials" if angle == ELBOW else "")
+        + (", and counts as not measured in all trials" if angle in UNMEASURED_SD_DEG else "")
         for angle, names in constant.items()
         if names
     ) + tuple(
@@ -69,12 +74,16 @@ def unmeasured(trials: Sequence[GapTrial]) -> tuple[str, ...]:
 
 def _constant_in(angle: str, trials: Sequence[GapTrial]) -> list[str]:
     """Trials in which an angle that no rule stands for is a constant, while its joint turns."""
-    own = ANGLE_NAMES.index(angle)
-    joint = [i for i, name in enumerate(ANGLE_NAMES) if name.split("_")[0] == angle.split("_")[0]]
-    found = []
-    for trial in trials:
-        spans = np.rad2deg(np.ptp(trial.angles_rad, axis=0))
-        turns = len(joint) == 1 or np.any(spans[joint] >= STILL_DEG)
-        if spans[own] < STILL_DEG and turns and angle not in trial.rules:
-            found.append(str(trial.source))
-    return found
+    joint = [name for name in ANGLE_NAMES if name.split("_")[0] == angle.split("_")[0]]
+    return [
+        str(trial.source)
+        for trial in trials
+        if angle not in trial.rules
+        and _span_deg(trial, angle) < STILL_DEG
+        and (len(joint) == 1 or max(_span_deg(trial, name) for name in joint) >= STILL_DEG)
+    ]
+
+
+def _span_deg(trial: GapTrial, angle: str) -> float:
+    """Largest less least value of an angle [deg]."""
+    return float(np.rad2deg(np.ptp(trial.angles_rad[:, ANGLE_NAMES.index(angle)])))

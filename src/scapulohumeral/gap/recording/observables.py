@@ -253,11 +253,12 @@ class SensorSetup:
     channels : EMG channels; electrodes : (C, M) elements that they average
     contact : whether the joint force is recorded
     unmeasured : segments that a rule stands for, and standard deviations of their turns [deg]
-    elbow_sd_deg : standard deviation of an elbow that nobody measured [deg]; 0 if it was
+    unmeasured_angles : angles that nobody measured, and their standard deviations [deg], see
+        `marks.unmeasured_angles`
     """
 
     channels: tuple[str, ...]
     electrodes: Array
     contact: bool
     unmeasured: Mapping[str, float] = field(default_factory=dict)
-    elbow_sd_deg: float = 0.0
+    unmeasured_angles: Mapping[str, float] = field(default_factory=dict)

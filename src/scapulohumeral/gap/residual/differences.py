@@ -18,8 +18,7 @@ from scapulohumeral.gap.nominal.optimal_movement import nominal_body
 from scapulohumeral.gap.nominal.participant_model import ParticipantModel
 from scapulohumeral.gap.recording.case import Case, GapTrial
 from scapulohumeral.gap.recording.marks import (
-    ELBOW_SD_DEG,
-    is_elbow_unmeasured,
+    unmeasured_angles,
     unmeasured_segments,
 )
 from scapulohumeral.gap.recording.observables import (
@@ -179,7 +178,7 @@ def read_records(
             electrodes,
             case.has_contact,
             unmeasured_segments(compared),
-            ELBOW_SD_DEG if is_elbow_unmeasured(compared) else 0.0,
+            unmeasured_angles(compared),
         ),
         channels=channel_names(case.channels, case.has_contact),
         of_one_person=bool(reference) and not settings.of_simulations and not case.one_movement,

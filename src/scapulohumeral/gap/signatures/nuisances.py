@@ -15,14 +15,15 @@ from scapulohumeral.gap.effects.emd import Emd
 from scapulohumeral.gap.effects.frame_misalignment import SEGMENTS
 from scapulohumeral.gap.effects.frames import turn_frame
 from scapulohumeral.gap.effects.observation import Observation
+from scapulohumeral.gap.recording.marks import AXIAL_ROTATION, ELBOW
 from scapulohumeral.gap.recording.observables import SensorSetup, phase_functions
 from scapulohumeral.gap.settings import GapSettings
 from scapulohumeral.model.rotations import Array
 
 # Smooth changes of posture and smooth slack forces: mean, trend, and one bend more each.
 SMOOTH = 4
-# Place of the elbow in a pose.
-ELBOW = 12
+# Place of the elbow's flexion in a pose.
+FLEXION = 12
 # Standard deviations of smooth functions that together vary by one unit, slow ones the most.
 SMOOTH_SHARES = 1.0 / np.arange(1, SMOOTH + 1) / np.linalg.norm(1.0 / np.arange(1, SMOOTH + 1))
 
@@ -60,10 +61,14 @@ def unmeasured_records(mean_record: Observation, sensors: SensorSetup) -> list[O
         for segment, deviation in sensors.unmeasured.items()
         for record in _turned(mean_record, segment, deviation, np.eye(3))
     ]
-    if sensors.elbow_sd_deg:
+    angles = sensors.unmeasured_angles
+    if AXIAL_ROTATION in angles:
+        long_axis = np.eye(3)[1:2]
+        records += _turned(mean_record, "humerus", angles[AXIAL_ROTATION], long_axis)
+    if ELBOW in angles:
         for shape in _smooth_shapes(len(mean_record.pose)):
             pose = mean_record.pose.copy()
-            pose[:, ELBOW] += np.deg2rad(sensors.elbow_sd_deg) * shape
+            pose[:, FLEXION] += np.deg2rad(angles[ELBOW]) * shape
             records.append(replace(mean_record, pose=pose))
     return records
 

@@ -12,8 +12,8 @@ from gap_files import elevation, write_csv
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.recording.case import GapTrial
 from scapulohumeral.gap.recording.marks import (
-    is_elbow_unmeasured,
     unmeasured,
+    unmeasured_angles,
     unmeasured_segments,
 )
 from scapulohumeral.gap.recording.trials import TrialEntry, read_trial
@@ -67,7 +67,13 @@ def test_a_constant_angle_of_a_joint_that_turns_is_told(tmp_path: Path) -> None:
     tables = (all_moving(), all_moving().assign(GH_yy=0.0))
     files = [write_csv(one, tmp_path / f"reach_r{i}.csv") for i, one in enumerate(tables, 1)]
     [note] = unmeasured(read(files))
-    assert note == f"GH_yy is a constant in {files[1]}, so it was not measured there"
+    assert note.startswith(f"GH_yy is a constant in {files[1]}, so it was not measured there, and ")
+    assert unmeasured_angles(read(files)) == {"GH_yy": 35.0}
+    swept = all_moving().assign(AC_x=5.0)
+    [note] = unmeasured(read([write_csv(swept, tmp_path / "reach_r3.csv")]))
+    assert (
+        note == f"AC_x is a constant in {tmp_path / 'reach_r3.csv'}, so it was not measured there"
+    )
 
 
 def test_segments_that_a_rule_stands_for_are_told_from_single_angles(tmp_path: Path) -> None:
@@ -85,12 +91,12 @@ def test_an_elbow_that_is_a_constant_was_not_measured(tmp_path: Path) -> None:
     straight = bends.assign(EL_x=5.0)
     tables = (bends, straight)
     files = [write_csv(one, tmp_path / f"reach_r{i}.csv") for i, one in enumerate(tables, 1)]
-    assert not is_elbow_unmeasured(read(files[:1]))
-    assert is_elbow_unmeasured(read(files))
+    assert unmeasured_angles(read(files[:1])) == {}
+    assert unmeasured_angles(read(files)) == {"EL_x": 35.0}
     [note] = unmeasured(read(files))
-    assert note.startswith(f"EL_x is a constant in {files[1]}, so it was not measured there: the ")
+    assert note.startswith(f"EL_x is a constant in {files[1]}, so it was not measured there, and ")
     mark(files[0], EL_x=ELBOW)
-    assert is_elbow_unmeasured(read(files[:1]))
+    assert unmeasured_angles(read(files[:1])) == {"EL_x": 35.0}
 
 
 def test_a_record_that_is_none_is_refused(tmp_path: Path) -> None:

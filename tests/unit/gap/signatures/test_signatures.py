@@ -161,11 +161,22 @@ def test_a_scapula_that_nobody_measured_turns_about_all_its_axes():
 
 def test_an_elbow_that_nobody_measured_may_be_bent_in_any_smooth_way():
     record = small_record()
-    bent = unmeasured_records(record, replace(RECORDER, elbow_sd_deg=35.0))
+    bent = unmeasured_records(record, replace(RECORDER, unmeasured_angles={"EL_x": 35.0}))
     turns = np.stack([difference(one, record) for one in bent])
     assert len(bent) == SMOOTH
     np.testing.assert_allclose(turns[:, :, :9], 0.0, atol=1e-9)
     spread = np.sqrt(np.sum(turns[:, :, 9] ** 2, axis=0).mean())
+    np.testing.assert_allclose(spread, 35.0, rtol=1e-6)
+
+
+def test_an_axial_rotation_that_nobody_measured_turns_the_humerus_about_its_own_axis():
+    record = small_record()
+    sensors = replace(RECORDER, unmeasured_angles={"GH_yy": 35.0})
+    turned = unmeasured_records(record, sensors)
+    turns = np.stack([difference(one, record) for one in turned])
+    assert len(turned) == SMOOTH
+    np.testing.assert_allclose(turns[:, :, [*range(6), 9]], 0.0, atol=1e-9)
+    spread = np.sqrt(np.sum(turns[:, :, 6:9] ** 2, axis=(0, 2)).mean())
     np.testing.assert_allclose(spread, 35.0, rtol=1e-6)
 
 

@@ -102,19 +102,16 @@ rule spoil_real_trials:
         "../scripts/spoil_real_trials.py"
 
 
-rule write_real_config:
-    # The configuration as Snakemake has it, as for the diagnoses of the study.
+# The configuration as Snakemake has it, as for the diagnoses of the study.
+use rule write_gap_config as write_real_config with:
     output:
         config="results/gap/real/study/config.yaml",
     log:
         python="results/logs/write_real_config.python.log",
-    localrule: True
     params:
         read=sections_read(with_settings(config, Path(GAP_SETTINGS)), *VIEWS),
     message:
         "Configuration of the diagnoses of real cases"
-    run:
-        Path(output.config).write_text(yaml.safe_dump(config, sort_keys=False), encoding="utf-8")
 
 
 # A solve that fails is an answer too: exit code 3.

@@ -197,11 +197,11 @@ def refine(
     for _ in range(settings.iterations):
         start, at = _linearise(posed, scalers, evidence, start, settings, state)
         step = _bounded_step(at, scalers, settings.largest_step, state)
+        largest = float(np.abs(step[: state.values.size]).max())
         if previous is not None and step @ previous < 0.0:
             # The last step went too far: half the way back ends a swing about the optimum.
             step = 0.5 * step
         previous = step
-        largest = float(np.abs(step[: state.values.size]).max())
         history.append({"cost": at.cost, "step": largest, "values": state.values.tolist()})
         print(f"refinement {len(history)}: cost {at.cost:.4g}, step {largest:.3f}", flush=True)
         converged = largest < settings.smallest_step

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.model.participant_file import GRAVITY_MPS2
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.quantities.paper import (
@@ -17,6 +16,7 @@ from scapulohumeral.quantities.paper import (
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,
 )
+from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
@@ -311,11 +311,11 @@ def reactions(study: Study) -> Table:
     for run in study.runs:
         if not run.failed:
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
-            weight = GRAVITY_MPS2 * study.models[run.participant].body_mass_kg
+            share = percent_body_weight(force, study.models[run.participant].body_mass_kg)
             peak = int(force.argmax())
             cells = (
-                f"{force.max():.0f}",
-                f"{100.0 * force.max() / weight:.0f}",
+                f"{force[peak]:.0f}",
+                f"{share[peak]:.0f}",
                 f"{run.solution.time_s[peak]:.2f}",
             )
             rows.append((run.participant, run.trial, run.formulation, *cells))

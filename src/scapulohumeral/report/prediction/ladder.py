@@ -13,19 +13,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from scapulohumeral.quantities.published_distance import ANGLES, LEVELS_DEG, at_level
-from scapulohumeral.quantities.rhythm import range_rhythm, rising_part
-from scapulohumeral.quantities.segment_angles import (
-    ELEVATION_COLUMN,
-    UPWARD_ROTATION_COLUMN,
-    thorax_angles,
-)
+from scapulohumeral.quantities.prediction_rows import rise_quantities
+from scapulohumeral.quantities.published_distance import LEVELS_DEG
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import Table, solves
 from scapulohumeral.report.words import step_in_words
 from scapulohumeral.stages.distances.against import Predicted
 
-WHOLE_RISE = "start-90"
+# Elevations of the arm at which the clavicle is told: nearly hanging, and high [deg].
+CLAVICLE_LEVELS_DEG = (15.0, 70.0)
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")
 KINDS = {"alone_": "alone", "upto_": "cumulative"}
 
@@ -56,21 +53,9 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
     for plane, (first, stop) in one.summary["planes"].items():
         row = {**about, "plane": plane}
         if one.solved:
-            part = angles[first:stop]
-            rise = rising_part(part[:, ELEVATION_COLUMN])
+            part = angles[first:stop], force[first:stop]
+            row |= rise_quantities(*part, "N", LEVELS_DEG, CLAVICLE_LEVELS_DEG)
             row |= {
-                f"ur_{level:g}_deg": at_level(part, UPWARD_ROTATION_COLUMN, level)
-                for level in LEVELS_DEG
-            }
-            row |= {
-                "ur_peak_deg": float(part[:, UPWARD_ROTATION_COLUMN].max()),
-                "clavicle_15_deg": at_level(part, ANGLES["clavicle_elevation"], 15.0),
-                "clavicle_70_deg": at_level(part, ANGLES["clavicle_elevation"], 70.0),
-                "rhythm": range_rhythm(
-                    part[rise, ELEVATION_COLUMN], part[rise, UPWARD_ROTATION_COLUMN]
-                )[WHOLE_RISE],
-                "gh_force_start_N": float(force[first:stop][rise.start]),
-                "gh_force_peak_N": float(force[first:stop].max()),
                 "effort": one.summary["terms"]["activation"],
                 "objective": one.summary["objective"],
                 "stop_moment_median_Nm": one.summary["stop_moment_median_Nm"],

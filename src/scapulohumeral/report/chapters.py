@@ -95,6 +95,7 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         "participants": prediction_targets.participants_table(judged)
         if judged.has_limits
         else None,
+        "fall_level": prediction_targets.fall_level(judged.targets["against_published"]),
         "stated": prediction_targets.cuff_effects(judged) if judged.has_limits else None,
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,

@@ -423,6 +423,17 @@ def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination
     assert "par2 healthy 500 s" in times.worse
 
 
+def test_limit_of_the_kkt_error_judges_certificates(coordination: Coordination) -> None:
+    """A stricter limit is missed by certificates that were given for a laxer one."""
+    limits = TARGETS["predictions"]
+    _, held, _ = solve_verdicts(coordination.prediction_table, limits)
+    assert held.holds
+    _, missed, _ = solve_verdicts(coordination.prediction_table, {**limits, "kkt_error": 1e-12})
+    assert not missed.holds
+    assert "par2 healthy" in missed.worse
+    assert "1e-12" in missed.name
+
+
 def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     table = coordination.validation.assign(rmse_calibrated=np.nan)
     assert channel_reductions(table).reduction.isna().all()

@@ -7,6 +7,7 @@ import pytest
 import yaml
 from places import REPOSITORY
 
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.quantities import paper, population
 from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.audit import audit_rows
@@ -17,6 +18,7 @@ from scapulohumeral.report.prediction.targets import (
     PLANES,
     TASKS,
     cuff_effects,
+    fall_level,
     force_verdicts,
     participants_table,
     published_verdicts,
@@ -243,6 +245,17 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_and_is_no_target():
     assert stated(rows[:3]).rows[3][2:] == ("no prediction",) * 3
     one = {**TARGETS, "cuff_effect": {**TARGETS["cuff_effect"], "variants": ["published"]}}
     assert len(stated(rows, one).rows) == 2
+
+
+def test_an_elevation_that_no_table_has_is_refused():
+    limits = TARGETS["against_published"]
+    assert fall_level(limits) == "at 70 deg"
+    other = limits | {"graded_elevation_deg": 60}
+    with pytest.raises(ConfigError, match="graded_elevation_deg is 60"):
+        list(published_verdicts(other, published(0)))
+    judged = Judged({**TARGETS, "against_published": other}, *[pd.DataFrame()] * 2, ("par2",))
+    with pytest.raises(ConfigError, match="tabulated at 70 deg"):
+        cuff_effects(judged)
 
 
 def own_rhythm(**changes: float) -> pd.DataFrame:

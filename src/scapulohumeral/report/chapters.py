@@ -31,6 +31,9 @@ from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
 from scapulohumeral.report.words import GLOSSARY, STEPS, in_words
 
+# Terms of the calibration alone, and the weight that each predicted condition has of its own.
+NOT_COMPARED = ("emg", "parameters", "stability")
+
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:
     """EMG quality and scalers."""
@@ -134,7 +137,11 @@ def sensitivity_content(study: Study) -> dict[str, Any] | None:
     table = study.coordination.sensitivity
     if table.empty:
         return None
-    return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
+    return {
+        "figure": sensitivity.tornado(table),
+        "rows": sensitivity.sensitivity_rows(table),
+        "reaction_rate": table.case.str.startswith("reaction_rate").any(),
+    }
 
 
 def committed_content(table: pd.DataFrame) -> Table | None:
@@ -164,6 +171,21 @@ def measured_content(study: Study) -> dict[str, Any]:
         if files.joint_force and judged
         else None,
     }
+
+
+def other_objective(study: Study) -> list[str]:
+    """Weights of predictions with calibrated muscles that calibration has otherwise, in words."""
+    predictions = study.coordination.predictions
+    if all(one.condition.parameters != "calibrated" for one in predictions):
+        return []
+    there, here = (study.config["weights"][name] for name in ("calibration", "prediction"))
+    names = [name for name in {**there, **here} if name not in NOT_COMPARED]
+    # A weight that is not named is none.
+    return [
+        f"{name.replace('_', ' ')} {here.get(name, 0):g} instead of {there.get(name, 0):g}"
+        for name in names
+        if there.get(name, 0) != here.get(name, 0)
+    ]
 
 
 def gap_chapter(study: Study) -> dict[str, Any] | None:

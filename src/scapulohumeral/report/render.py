@@ -53,6 +53,7 @@ def _content(study: Study) -> dict[str, Any]:
         "prediction": chapters.prediction_chapter(study),
         "player": chapters.player(study),
         "gap": chapters.gap_chapter(study),
+        "other_objective": chapters.other_objective(study),
         "tables": _tables(study),
         "glossary": chapters.glossary(),
         "speed": speed_content(study.speed),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -389,10 +389,15 @@ def _fingerprints(solution: Solution) -> tuple[str, str]:
 
 def settings(study: Study) -> Table:
     """Settings of the solves by stage; what differs between solves of one is listed with all."""
+    coordination, config = study.coordination, study.config
+    # Documents of calibrations do not hold their settings.
+    configured = {**config["solve"], "weights": config["weights"]["calibration"]}
+    calibrated = coordination.calibrations or coordination.uncalibrated
     stages = {
-        "tracking": [run.solution for run in study.runs],
-        "validation": list(study.coordination.tasks.values()),
-        "prediction": [prediction.solution for prediction in study.coordination.predictions],
+        "tracking": [run.solution.header["settings"] for run in study.runs],
+        "calibration": [configured] if calibrated else [],
+        "validation": [task.header["settings"] for task in coordination.tasks.values()],
+        "prediction": [one.solution.header["settings"] for one in coordination.predictions],
     }
     found = {stage: _settings(solves) for stage, solves in stages.items() if solves}
     for name in ONLY_OF_CALIBRATION:
@@ -404,11 +409,11 @@ def settings(study: Study) -> Table:
     return Table(("setting", *found), rows)
 
 
-def _settings(solutions: Sequence[Solution]) -> dict[str, list[str]]:
-    """Values of every setting, in the order in which solutions bring them."""
+def _settings(solves: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
+    """Values of every setting, in the order in which solves bring them."""
     found: dict[str, list[str]] = {}
-    for solution in solutions:
-        flat = dict(solution.header["settings"])
+    for settings in solves:
+        flat = dict(settings)
         weights = flat.pop("weights")
         flat |= {f"weight {name}": value for name, value in weights.items()}
         for key, value in flat.items():

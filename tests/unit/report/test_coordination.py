@@ -22,7 +22,12 @@ from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION,
 from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report import study as study_module
 from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
-from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
+from scapulohumeral.report.chapters import (
+    calibration_chapter,
+    other_objective,
+    prediction_chapter,
+    validation_chapter,
+)
 from scapulohumeral.report.coordination import (
     Cases,
     Coordination,
@@ -62,6 +67,7 @@ from scapulohumeral.report.tables import settings as settings_table
 from scapulohumeral.report.validation.figures import reduction_table, task_figures
 from scapulohumeral.stages.distances.against import read_predictions
 from scapulohumeral.stages.distances.daily_tasks import COLUMNS
+from scapulohumeral.templates import page_template
 
 pytestmark = pytest.mark.unit
 
@@ -539,11 +545,59 @@ def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> No
     solution = replace(first.solution, header={**first.solution.header, "settings": settings})
     changed = replace(coordination, predictions=[replace(first, solution=solution)])
     table = settings_table(replace(study, coordination=changed))
-    assert table.columns == ("setting", "tracking", "validation", "prediction")
+    assert table.columns == ("setting", "tracking", "calibration", "validation", "prediction")
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["time step [s]"] == ("0.04", "0.04", "0.04")
-    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "")
-    assert rows["weight strength exponent"] == ("", "", "1")
+    assert rows["time step [s]"] == ("0.04", "0.04", "0.04", "0.04")
+    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "0.5", "")
+    assert rows["weight strength exponent"] == ("", "", "", "1")
+    assert rows["weight emg"] == ("", "2", "", "")
+
+
+def test_other_weights_of_calibration_are_said_where_there_are_any(study: Study) -> None:
+    weights = {"calibration": {"emg": 2, "activation": 1, "reaction_rate": 1e-6}}
+    weights["prediction"] = {"activation": 1, "reaction_rate": 1.5625e-8, "strength_exponent": 1}
+    found = other_objective(replace(study, config={"weights": weights}))
+    assert found == [
+        "reaction rate 1.5625e-08 instead of 1e-06",
+        "strength exponent 1 instead of 0",
+    ]
+    same = {**weights, "prediction": weights["calibration"]}
+    assert not other_objective(replace(study, config={"weights": same}))
+    generic = replace(study.coordination, predictions=[study.coordination.cases["par2"].generic])
+    assert not other_objective(replace(study, coordination=generic))
+
+
+def test_texts_name_settings_and_limits_as_they_are(files: ReportFiles, html: str) -> None:
+    assert "raw\nsignals of 2,000 Hz" in html
+    assert "band-pass 10 to 400 Hz, rectification, low-pass at 4 Hz" in html
+    assert "marked: worse by more than 5 %, or" in html
+    emg = files.config["emg"]
+    envelope = {**emg["envelope"], "band_low_hz": 20, "cutoff_hz": 6}
+    other = {**emg, "envelope": envelope, "simulation": {**emg["simulation"], "rate_hz": 1500}}
+    study = read_study(replace(files, config={**files.config, "emg": other}))
+    targets = {**study.targets, "validation": {"increase": 0.1}}
+    shown = page_template("scapulohumeral.report", "calibration/chapter.html.j2").render(
+        study=replace(study, targets=targets),
+        emg="simulated EMG",
+        calibration=calibration_chapter(study),
+        validation=validation_chapter(study),
+    )
+    assert "signals of 1,500 Hz" in shown
+    assert "band-pass 20 to 400 Hz, rectification, low-pass at 6 Hz" in shown
+    assert "marked: worse by more than 10 %, or" in shown
+
+
+def test_sensitivity_is_referred_to_only_where_it_changed_the_reaction_rate(
+    html: str, html_of_tables: str
+) -> None:
+    words = "says how much hangs on it"
+    assert (words in html, words in html_of_tables) == (False, True)
+    assert "The ladder of variants says how much" not in html_of_tables
+
+
+def test_arms_that_do_not_fit_their_body_are_limits_by_name(html: str) -> None:
+    limits = html.split('<h2 id="limits">')[1]
+    assert "Masses of the arm do not fit the body (par2)" in limits
 
 
 def test_rhythm_table_has_published_values_in_brackets(

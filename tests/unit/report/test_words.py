@@ -1,5 +1,6 @@
 """Names of result files as a reader meets them."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -36,6 +37,13 @@ def test_no_column_of_a_committed_table_stays_a_raw_name() -> None:
         said = list(map(in_words, columns))
         assert not [name for name in said if "_" in name.replace("w_GH", "")]
         assert len(set(said)) == len(said)
+
+
+def test_templates_name_no_participant_but_the_one_of_the_paper() -> None:
+    """What is said of one of them is a result, and comes in from result files."""
+    templates = sorted((REPOSITORY / "src/scapulohumeral/report").rglob("*.j2"))
+    assert len(templates) >= 8
+    assert not [path for path in templates if re.search(r"\bpar[13]\b", path.read_text("utf-8"))]
 
 
 def test_every_step_of_the_ladder_and_every_variant_is_explained() -> None:

@@ -26,7 +26,7 @@ from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.study import Study
-from scapulohumeral.report.tables import Table, named_rows
+from scapulohumeral.report.tables import Table, cell_in_words, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
 from scapulohumeral.report.words import GLOSSARY, STEPS, in_words
@@ -149,7 +149,10 @@ def committed_content(table: pd.DataFrame) -> Table | None:
     if table.empty:
         return None
     rows = [
-        tuple("" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else str(x) for x in row)
+        tuple(
+            "" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else cell_in_words(name, x)
+            for name, x in zip(table.columns, row, strict=True)
+        )
         for row in named_rows(table)
     ]
     failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")

@@ -20,7 +20,7 @@ from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
-from scapulohumeral.report.words import in_words
+from scapulohumeral.report.words import in_words, variant_in_words
 
 ARM_SEGMENTS = {
     "upper_arm": ("humerus_r",),
@@ -33,6 +33,9 @@ IMPLAUSIBLE_RATIO = 2.0
 OWN_MASS = "participant"
 # Weights of terms that daily tasks do not have, in the section of the configuration that both use.
 ONLY_OF_CALIBRATION = ("weight emg", "weight parameters")
+
+# Columns that hold a variant, or in the ladder the one that it starts from.
+OF_VARIANTS = ("variant", "rung", "step")
 
 AGREES_WITHIN_DEG = 1.0
 REASONS = {
@@ -94,13 +97,18 @@ def solves(table: pd.DataFrame, names: Sequence[str], digits: int) -> Table:
     numbers = [column for column in table.columns if column not in names]
     rows = [
         (
-            *("" if pd.isna(row[name]) else str(row[name]) for name in names),
+            *("" if pd.isna(row[name]) else cell_in_words(name, row[name]) for name in names),
             *("" if pd.isna(row[key]) else f"{row[key]:.{digits}g}" for key in numbers),
         )
         for row in table.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
     return Table(tuple(map(in_words, (*names, *numbers))), rows, flagged)
+
+
+def cell_in_words(column: str, value: Any) -> str:
+    """A cell of words of a table of solves."""
+    return variant_in_words(str(value)) if column in OF_VARIANTS else str(value)
 
 
 def number_or_none(value: float, digits: int = 2) -> str:

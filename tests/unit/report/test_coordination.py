@@ -689,9 +689,10 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     predictions = read_predictions(files.predictions, files.prediction_summaries)
     chosen = {one.names["condition"]: one for one in predictions}
     rungs = {"published": "healthy", "alone_springs": "cuff_50", "upto_springs": "cuff_w2"}
+    healthy = {"condition": chosen["healthy"].summary["condition"]}
     climbed = [
-        replace(chosen[condition], summary={**chosen[condition].summary, "variant": rung})
-        for rung, condition in rungs.items()
+        replace(chosen[name], summary={**chosen[name].summary, **healthy, "variant": rung})
+        for rung, name in rungs.items()
     ]
     table = ladder_table(climbed)
     assert table.groupby("kind").step.unique().explode().to_dict() == {
@@ -701,7 +702,9 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     }
     assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
     assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
-    assert "passive joints" in ladder_figure(table).svg
+    drawn = ladder_figure(table)
+    assert "passive joints" in drawn.svg
+    assert "authors' problem (solved here)" in drawn.svg
     rows = ladder_rows(table)
     assert len(rows.rows) == 9
     assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -8,7 +8,13 @@ import pytest
 import yaml
 from places import REPOSITORY
 
-from scapulohumeral.report.words import GLOSSARY, STEPS, in_words, step_in_words
+from scapulohumeral.report.words import (
+    GLOSSARY,
+    STEPS,
+    in_words,
+    step_in_words,
+    variant_in_words,
+)
 
 pytestmark = pytest.mark.unit
 
@@ -50,4 +56,4 @@ def test_every_step_of_the_ladder_and_every_variant_is_explained() -> None:
     assert set(CONFIG["variants"]["ladder"]["steps"]) == set(STEPS)
     assert step_in_words("of_others") == "of others"
     explained = {name for entry in GLOSSARY for name in entry.split(", ")}
-    assert set(CONFIG["variants"]["named"]) <= explained
+    assert set(map(variant_in_words, CONFIG["variants"]["named"])) <= explained

@@ -65,18 +65,22 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
 
 @styled
 def ladder_figure(table: pd.DataFrame) -> Picture:
-    """Upward rotation of each rung at fixed elevations of the arm, a panel per plane and kind."""
-    planes = list(dict.fromkeys(table.plane))
-    drawing = Drawing(len(planes), 2, (11.5, 1.0 + 2.6 * len(planes)))
+    """Upward rotation of each rung at fixed elevations of the arm.
+
+    A row of panels per condition and plane, a column per kind of rung.
+    """
+    shown = list(dict.fromkeys(zip(table.condition, table.plane, strict=True)))
+    drawing = Drawing(len(shown), 2, (11.5, 1.0 + 2.6 * len(shown)))
     colours = [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.15, 0.95, len(LEVELS_DEG))]
     lines = {
         f"arm at {level:g} deg": {"color": colour, "marker": "o", "linestyle": "none"}
         for level, colour in zip(LEVELS_DEG, colours, strict=True)
     }
-    for row, plane in zip(drawing.axes, planes, strict=True):
+    for row, (condition, plane) in zip(drawing.axes, shown, strict=True):
+        there = table[(table.condition == condition) & (table.plane == plane)]
         for panel, kind in zip(row, ("alone", "cumulative"), strict=True):
-            part = table[(table.plane == plane) & table.kind.isin(["start", kind])]
-            panel.set_title(f"{plane} plane, {kind}", loc="left")
+            part = there[there.kind.isin(["start", kind])]
+            panel.set_title(f"{condition}, {plane} plane, {kind}", loc="left")
             _draw_rungs(drawing, panel, part, lines)
     for panel in drawing.axes[-1]:
         panel.set_xlabel("upward rotation [deg]")
@@ -106,18 +110,31 @@ def _draw_rungs(
 def ladder_moves(table: pd.DataFrame) -> Table:
     """How far each choice moves the scapula, alone and on the way; marked: a rung did not converge.
 
-    Mean change of upward rotation over the fixed elevations that both rungs reach, by plane: alone
-    from the start, on the way from the last rung before that converged. Empty: no such rung.
+    Mean change of upward rotation over the fixed elevations that both rungs reach, by condition and
+    plane: alone from the start, on the way from the last rung before that converged. Empty: no such
+    rung.
     """
+    planes = list(dict.fromkeys(table.plane))
+    moves = [
+        ((str(condition), *cells), converged)
+        for condition, rungs in table.groupby("condition", sort=False)
+        for cells, converged in _moves(rungs, planes)
+    ]
+    columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
+    flagged = frozenset(row for row, (_, converged) in enumerate(moves) if not converged)
+    rows = [cells for cells, _ in moves]
+    return Table(("condition", "choice taken back", *columns), rows, flagged)
+
+
+def _moves(table: pd.DataFrame, planes: Sequence[str]) -> Iterator[tuple[tuple[str, ...], bool]]:
+    """Cells of each choice of one condition, and whether its rungs converged."""
     levels = [f"ur_{level:g}_deg" for level in LEVELS_DEG]
     upward = {
         (row["kind"], row["step"], row["plane"]): np.array([row.get(key, np.nan) for key in levels])
         for row in table.to_dict("records")
     }
-    planes = list(dict.fromkeys(table.plane))
     start = {plane: value for (kind, _, plane), value in upward.items() if kind == "start"}
     before, missing = dict(start), np.full(len(levels), np.nan)
-    rows, flagged = [], set()
     solved = dict(
         zip(zip(table.kind, table.step, strict=True), table.status == "optimal", strict=True)
     )
@@ -129,11 +146,9 @@ def ladder_moves(table: pd.DataFrame) -> Table:
         changes = [_change(alone[plane], start[plane]) for plane in planes]
         changes += [_change(way[plane], before[plane]) for plane in planes]
         before |= {plane: value for plane, value in way.items() if np.isfinite(value).any()}
-        if not (solved.get(("alone", step), True) and solved["cumulative", step]):
-            flagged.add(row)
-        rows.append((step_in_words(step), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes)))
-    columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
-    return Table(("choice taken back", *columns), rows, frozenset(flagged))
+        converged = solved.get(("alone", step), True) and solved["cumulative", step]
+        cells = ("" if np.isnan(c) else f"{c:+.1f}" for c in changes)
+        yield (step_in_words(step), *cells), bool(converged)
 
 
 def _change(after: np.ndarray, before: np.ndarray) -> float:

@@ -22,9 +22,9 @@ from scapulohumeral.report.prediction.rhythm_targets import (
     cells_that_agree,
     rhythm_verdicts,
 )
-from scapulohumeral.report.tables import Table
+from scapulohumeral.report.tables import Table, cell_in_words
 from scapulohumeral.report.targets import Verdict
-from scapulohumeral.report.words import in_words
+from scapulohumeral.report.words import in_words, variant_in_words
 from scapulohumeral.stages.distances import daily_tasks
 from scapulohumeral.stages.distances.against import FALL_LEVEL_DEG, FORCE_LEVELS_DEG
 
@@ -208,7 +208,8 @@ def cuff_effects(judged: Judged) -> Table:
             if part.empty:
                 flagged.add(len(rows))
             cells = (falls.get(plane, NOTHING) for plane in PLANES)
-            rows.append((variant, f"{cuff} against {healthy}", *cells))
+            shoulders = f"{cuff} against {healthy}"
+            rows.append((variant_in_words(variant), shoulders, *cells))
     columns = ("variant", "shoulders", *(f"{plane} plane [deg]" for plane in PLANES))
     return Table(columns, rows, frozenset(flagged))
 
@@ -222,7 +223,10 @@ def uncertified_solves(limits: Mapping[str, Any], table: pd.DataFrame) -> Verdic
         return Verdict(name, NOTHING, target, holds=False)
     solves = solved.drop_duplicates(["variant", "participant", "condition"])
     missed = solves[~solves.certified.astype(bool)]
-    worse = tuple(f"{row.variant} {row.participant} {row.condition}" for row in missed.itertuples())
+    worse = tuple(
+        f"{variant_in_words(str(row.variant))} {row.participant} {row.condition}"
+        for row in missed.itertuples()
+    )
     value = f"{len(worse)} of {len(solves)}"
     return Verdict(name, value, target, len(worse) <= limits["uncertified"], worse)
 
@@ -370,7 +374,10 @@ def distance_table(judged: Judged) -> Table:
     }
     names = ("participant", "variant", "condition", "plane", "status")
     rows = [
-        (*(str(row[name]) for name in names), *(_number(row.get(column)) for column in columns))
+        (
+            *(cell_in_words(name, row[name]) for name in names),
+            *(_number(row.get(column)) for column in columns),
+        )
         for row in judged.recording.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(rows) if row[4] != "optimal")
@@ -417,7 +424,7 @@ def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:
     names = ("variant", "condition", "plane", "phase", "quantity")
     rows = [
         (
-            *(str(row[name]) for name in names[:-1]),
+            *(cell_in_words(name, row[name]) for name in names[:-1]),
             in_words(str(row["quantity"])),
             *(_number(row[kind]) for kind in ("published", "reproduced")),
             _number(row["reproduced"] - row["published"]),

@@ -300,7 +300,7 @@ def test_solves_of_every_variant_need_a_certificate():
     theirs = (both.variant == "published") & (both.participant == "par2")
     verdict = uncertified_solves(limits, both.assign(certified=~theirs))
     assert not verdict.holds
-    assert verdict.worse == ("published par2 healthy",)
+    assert verdict.worse == ("authors' problem (solved here) par2 healthy",)
     # Without a solution there is nothing to certify, and its own limits are missed.
     gone = both.assign(certified=~theirs, status=theirs.map({True: "failed", False: "optimal"}))
     assert uncertified_solves(limits, gone).holds
@@ -412,7 +412,8 @@ def test_errors_of_the_girdle_stand_by_elevation_and_an_older_table_leaves_gaps(
     ]
     table = girdle_table(pd.DataFrame(rows))
     assert len(table.rows) == 6
-    assert table.rows[0][:6] == ("published", "cuff_w10", "frontal", "1.0", "", "8.0")
+    first = ("authors' problem (solved here)", "cuff_w10", "frontal", "1.0", "", "8.0")
+    assert table.rows[0][:6] == first
     older = [one for one in rows if "tilt" not in one["quantity"]]
     assert girdle_table(pd.DataFrame(older)).rows[0][5] == ""
     assert not girdle_table(pd.DataFrame(rows).assign(condition="cuff_25")).rows

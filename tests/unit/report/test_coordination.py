@@ -21,7 +21,7 @@ from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report import study as study_module
-from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
+from scapulohumeral.report.calibration.figures import emg_quality, scaler_figure, scaler_table
 from scapulohumeral.report.chapters import (
     calibration_chapter,
     other_objective,
@@ -43,12 +43,13 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
-from scapulohumeral.report.drawing.svg import Drawing
+from scapulohumeral.report.drawing.svg import Drawing, Picture
 from scapulohumeral.report.prediction.figures import (
     condition_label,
     pauses,
     prediction_kinematics,
     published_angles,
+    upward_rotation_figure,
 )
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import _reach, sweep_figure
@@ -207,15 +208,43 @@ def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     assert "doi:10.5281" in figure.caption
 
 
+def downloaded(figure: Picture) -> pd.DataFrame:
+    """Numbers that a figure offers."""
+    coded = figure.data_uri.split(",", 1)[1]
+    return pd.read_csv(io.BytesIO(base64.b64decode(coded)))
+
+
+def test_scalers_are_offered_with_the_intervals_that_are_drawn(coordination: Coordination) -> None:
+    numbers = downloaded(scaler_figure(coordination)).set_index("muscle group")
+    panel = "par2: scaler of maximum isometric force, simulated EMG"
+    of_force = {
+        column.removeprefix(f"{panel} | ").removesuffix(", factor on the generic value [1]"): value
+        for column, value in numbers.loc["scapular_deltoid"].items()
+        if column.startswith(panel)
+    }
+    assert of_force == {
+        "90 % interval, lower end": 1.1,
+        "90 % interval, upper end": 1.2,
+        "calibrated": 1.15,
+        "paper's problem": 1.02,
+        "plant": 1.16,
+    }
+
+
+def test_numbers_over_elevation_say_what_they_are(cases: Cases) -> None:
+    numbers = downloaded(upward_rotation_figure(cases))
+    assert numbers.columns[0] == "thoracohumeral elevation [deg]"
+    assert all(name.endswith("scapular upward rotation [deg]") for name in numbers.columns[1:])
+
+
 def test_humeral_angles_that_mean_nothing_in_pauses_are_not_drawn(cases: Cases) -> None:
     """Near the hanging arm they turn by half a circle, which would flatten all else."""
     figure = prediction_kinematics(cases)
-    coded = figure.data_uri.split(",", 1)[1]
-    drawn = pd.read_csv(io.BytesIO(base64.b64decode(coded)), index_col="x")
+    drawn = downloaded(figure).set_index("time [s]")
     start, end = pauses(cases.healthy)[0]
     times = cases.healthy.solution.time_s
     inside = drawn.loc[times[start] + 0.02 : times[end] - 0.02]
-    assert inside["humerus z: elevation (+) | predicted, healthy"].notna().any()
+    assert inside["humerus z: elevation (+) | predicted, healthy, angle [deg]"].notna().any()
     for column in drawn:
         if column.startswith(("humerus y:", "humerus y':")):
             assert inside[column].isna().all(), column
@@ -705,6 +734,10 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     drawn = ladder_figure(table)
     assert "passive joints" in drawn.svg
     assert "authors' problem (solved here)" in drawn.svg
+    # Not that of the table reports/ladder.csv.
+    assert drawn.name != "ladder"
+    numbers = downloaded(drawn)
+    assert numbers.rung.tolist() == ["authors' problem (solved here)", "passive joints"]
     rows = ladder_rows(table)
     assert len(rows.rows) == 9
     assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

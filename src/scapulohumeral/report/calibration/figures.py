@@ -19,6 +19,7 @@ CALIBRATED = "#0072b2"
 PAPER_PROBLEM = "#e69f00"
 PLANT = "#000000"
 PUBLISHED = "#009e73"
+FACTOR = "factor on the generic value [1]"
 
 
 def emg_quality(coordination: Coordination) -> Table:
@@ -166,12 +167,11 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
                 if participant == PREDICTED_PARTICIPANT and group in SCALERS:
                     _mark(axes, SCALERS[group][kind], position + 0.22, "^", PUBLISHED)
             axes.axvline(1.0, color="#bbbbbb", linewidth=1.0, zorder=0)
-            values = [document["groups"][group][kind]["value"] for group in groups]
-            drawing.keep(axes.get_title(loc="left"), "calibrated", groups, np.array(values))
+            _keep_scalers(drawing, axes, {g: document["groups"][g][kind] for g in groups})
     drawing.axes[0, 0].set_yticks(range(len(groups)), [g.replace("_", " ") for g in groups])
     drawing.axes[0, 0].set_ylim(len(groups) - 0.5, -0.5)
     for axes in drawing.axes[-1]:
-        axes.set_xlabel("factor on the generic value [1]")
+        axes.set_xlabel(FACTOR)
     drawing.legend(_scaler_entries())
     plant = "Black line: plant that made the simulated EMG. "
     return drawing.finish(
@@ -181,6 +181,21 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
         "Orange: estimate of the paper's problem, in which the scalers also pay for effort and for "
         "their distance from one. Green: published, where printed.",
     )
+
+
+def _keep_scalers(drawing: Drawing, axes: Axes, entries: Mapping[str, Mapping[str, Any]]) -> None:
+    """Numbers of a panel: scalers with the ends of their intervals, and what stands beside them."""
+    words = {"across": "muscle group", "along": FACTOR}
+    columns = {
+        "calibrated": [entry["value"] for entry in entries.values()],
+        "90 % interval, lower end": [entry["ci90"][0] for entry in entries.values()],
+        "90 % interval, upper end": [entry["ci90"][1] for entry in entries.values()],
+        "paper's problem": [entry["paper_problem"] for entry in entries.values()],
+    }
+    if any("plant" in entry for entry in entries.values()):
+        columns["plant"] = [entry.get("plant", np.nan) for entry in entries.values()]
+    for name, values in columns.items():
+        drawing.keep(axes.get_title(loc="left"), name, list(entries), np.array(values), **words)
 
 
 def _draw_scaler(axes: Axes, position: float, entry: Mapping[str, Any]) -> None:

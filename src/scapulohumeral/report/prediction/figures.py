@@ -38,6 +38,7 @@ PUBLISHED = {"linewidth": 0.9, "linestyle": (0, (4, 2)), "zorder": 3}
 BAND: dict[str, Any] = {"color": "#dfe9d8", "linewidth": 0.0, "zorder": 0}
 BAND_LABEL = "healthy shoulders, other studies"
 TRACKED_LABEL = "tracked motion"
+ELEVATION, UPWARD = "thoracohumeral elevation [deg]", "scapular upward rotation [deg]"
 PUBLISHED_LINES = {
     "healthy": ("published, healthy", {**PUBLISHED, "color": "#009e73"}),
     "rc_limited": ("published, cuff-limited", {**PUBLISHED, "color": "#cc79a7"}),
@@ -302,11 +303,10 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
             rise = rising_part(elevation)
             upward = curves.angles[part, UPWARD_ROTATION][rise]
             axes.plot(elevation[rise], upward, **curves.line)
-            drawing.keep(
-                f"{plane} plane", curves.label, *_at_whole_degrees(elevation[rise], upward)
-            )
-        axes.set_xlabel("thoracohumeral elevation [deg]")
-    drawing.axes[0, 0].set_ylabel("scapular upward rotation [deg]")
+            numbers = _at_whole_degrees(elevation[rise], upward)
+            drawing.keep(f"{plane} plane", curves.label, *numbers, across=ELEVATION, along=UPWARD)
+        axes.set_xlabel(ELEVATION)
+    drawing.axes[0, 0].set_ylabel(UPWARD)
     drawing.legend(
         {curves.label: curves.line for curves in lines}
         | {BAND_LABEL: {"color": BAND["color"], "linewidth": 7.0}}

@@ -24,6 +24,7 @@ from scapulohumeral.stages.distances.against import Predicted
 # Elevations of the arm at which the clavicle is told: nearly hanging, and high [deg].
 CLAVICLE_LEVELS_DEG = (15.0, 70.0)
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")
+UPWARD = "upward rotation [deg]"
 KINDS = {"alone_": "alone", "upto_": "cumulative"}
 
 
@@ -83,10 +84,10 @@ def ladder_figure(table: pd.DataFrame) -> Picture:
             panel.set_title(f"{condition}, {plane} plane, {kind}", loc="left")
             _draw_rungs(drawing, panel, part, lines)
     for panel in drawing.axes[-1]:
-        panel.set_xlabel("upward rotation [deg]")
+        panel.set_xlabel(UPWARD)
     drawing.legend(lines)
     return drawing.finish(
-        "ladder",
+        "ladder_steps",
         "Upward rotation of the predicted scapula while the arm rises. First row of each panel: "
         "the authors' problem, continued by thin lines; below it one choice at a time taken back "
         "to the study's own (left), or all choices up to it (right). Rungs without marks did not "
@@ -97,13 +98,14 @@ def ladder_figure(table: pd.DataFrame) -> Picture:
 def _draw_rungs(
     drawing: Drawing, panel: Axes, part: pd.DataFrame, lines: Mapping[str, Any]
 ) -> None:
-    places = np.arange(len(part), dtype=float)
+    places, names = np.arange(len(part), dtype=float), list(map(step_in_words, part.step))
     for (label, line), level in zip(lines.items(), LEVELS_DEG, strict=True):
         values = part.get(f"ur_{level:g}_deg", pd.Series(np.nan, index=part.index)).to_numpy()
         panel.plot(values, places, markersize=4, **line)
         panel.axvline(values[0], color=line["color"], linewidth=0.6, alpha=0.6)
-        drawing.keep(panel.get_title(loc="left"), label, places, values)
-    panel.set_yticks(places, [step_in_words(step) for step in part.step], fontsize=7)
+        title = panel.get_title(loc="left")
+        drawing.keep(title, label, names, values, across="rung", along=UPWARD)
+    panel.set_yticks(places, names, fontsize=7)
     panel.invert_yaxis()
 
 

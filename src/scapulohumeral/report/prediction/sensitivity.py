@@ -127,7 +127,8 @@ def _draw_bars(
         changes = np.array([values.get(f"{name}_{word}", np.nan) for name in order])
         changes = changes - values.get(BASE, np.nan)
         panel.barh(places, changes, height=0.7, alpha=0.75, color=BAR_COLOURS[side])
-        drawing.keep(panel.get_title(loc="left"), f"weight {word}", list(order), changes)
+        title, bars = panel.get_title(loc="left"), f"weight {word}"
+        drawing.keep(title, bars, list(order), changes, across="weight", along="change")
     panel.axvline(0.0, color="#555555", linewidth=0.8)
     panel.set_yticks(places, [name.replace("_", " ") for name in order])
     panel.set_xlabel("change")

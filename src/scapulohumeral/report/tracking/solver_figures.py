@@ -36,7 +36,8 @@ def performance_figure(study: Study) -> Picture:
             axes.scatter(
                 values, places, s=42, facecolors=faces, edgecolors=COLOURS[formulation], zorder=3
             )
-            drawing.keep(label, LABELS[formulation], [labels[i] for i in rows], values)
+            names = [labels[i] for i in rows]
+            drawing.keep(label, LABELS[formulation], names, values, across="recording")
         axes.set_xlim(left=0.0)
         axes.set_xlabel(label)
     drawing.axes[0, 0].set_yticks(range(len(labels)), labels)

@@ -21,7 +21,12 @@ from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report import study as study_module
-from scapulohumeral.report.calibration.figures import emg_quality, scaler_figure, scaler_table
+from scapulohumeral.report.calibration.figures import (
+    emg_quality,
+    scaler_figure,
+    scaler_table,
+    score_table,
+)
 from scapulohumeral.report.chapters import (
     calibration_chapter,
     other_objective,
@@ -509,6 +514,14 @@ def test_scalers_that_miss_the_plant_are_flagged(coordination: Coordination) -> 
     assert table.rows[0][-1] == "1.16", "published value beside it"
     quality = emg_quality(coordination)
     assert quality.rows[0][2:4] == ("simulated", "2 of 4")
+
+
+def test_coverage_is_that_of_the_kind(coordination: Coordination) -> None:
+    """One of the two identifiable fibres is missed, no strength is."""
+    table = score_table(coordination)
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    name = "of the identifiable, 90 % intervals that cover the plant [%]"
+    assert [row[name] for row in rows] == ["100.0", "50.0"]
 
 
 def test_reductions_stand_beside_the_published_ones(coordination: Coordination) -> None:

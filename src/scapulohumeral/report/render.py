@@ -11,7 +11,7 @@ from scapulohumeral.report.coordination_targets import coordination_verdicts
 from scapulohumeral.report.published.comparison import comparison, recovered
 from scapulohumeral.report.speed import speed_content
 from scapulohumeral.report.study import ReportFiles, Study, read_study
-from scapulohumeral.report.targets import verdicts
+from scapulohumeral.report.targets import changed_afterwards, verdicts
 from scapulohumeral.report.tracking import figures, solver_figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock
 from scapulohumeral.templates import page_template
@@ -32,18 +32,17 @@ def render_report(files: ReportFiles) -> str:
 
 def _content(study: Study) -> dict[str, Any]:
     """Everything that the template shows, by name."""
+    judged = [
+        *verdicts(study.summary, study.quality, study.targets),
+        *coordination_verdicts(study.coordination),
+    ]
     return {
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
         # What fails comes first.
-        "verdicts": sorted(
-            [
-                *verdicts(study.summary, study.quality, study.targets),
-                *coordination_verdicts(study.coordination),
-            ],
-            key=lambda verdict: verdict.holds,
-        ),
+        "verdicts": sorted(judged, key=lambda verdict: verdict.holds),
+        "afterwards": {v.name: changed_afterwards(v.name, study.targets) for v in judged},
         "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
         "recovered": recovered(study.coordination),

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -635,6 +636,15 @@ def test_sensitivity_is_referred_to_only_where_it_changed_the_reaction_rate(
     words = "says how much hangs on it"
     assert (words in html, words in html_of_tables) == (False, True)
     assert "The ladder of variants says how much" not in html_of_tables
+
+
+def test_targets_of_afterwards_are_marked_and_counted(html: str, study: Study) -> None:
+    summary = html.split('id="verdicts"')[1].split("</section>")[0]
+    count = len(re.findall(r"<strong>(?:holds|does not hold)</strong>", summary))
+    words = f"8 of the {count} were added, and 5 made stricter, after results were seen"
+    assert words in summary
+    assert summary.count("<em>(added after results were seen)</em>") == 8
+    assert summary.count("<em>(tightened after results were seen)</em>") == 5
 
 
 def test_arms_that_do_not_fit_their_body_are_limits_by_name(html: str) -> None:

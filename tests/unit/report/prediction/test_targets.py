@@ -21,12 +21,14 @@ from scapulohumeral.report.prediction.targets import (
     fall_level,
     force_verdicts,
     participants_table,
+    prediction_verdicts,
     published_verdicts,
     recording_verdicts,
     task_table,
     task_verdicts,
     uncertified_solves,
 )
+from scapulohumeral.report.targets import changed_afterwards
 from scapulohumeral.stages.distances.against import with_audit
 from scapulohumeral.stages.distances.daily_tasks import ANGLES
 
@@ -256,6 +258,17 @@ def test_an_elevation_that_no_table_has_is_refused():
     judged = Judged({**TARGETS, "against_published": other}, *[pd.DataFrame()] * 2, ("par2",))
     with pytest.raises(ConfigError, match="tabulated at 70 deg"):
         cuff_effects(judged)
+
+
+def test_rows_that_are_said_to_be_changed_afterwards_exist():
+    nothing = pd.DataFrame()
+    rows = prediction_verdicts(Judged(TARGETS, nothing, nothing, ("par1", "par2", "par3")))
+    said = [changed_afterwards(verdict.name, TARGETS) for verdict in rows]
+    assert (said.count("added"), said.count("tightened")) == (8, 5)
+    names = [verdict.name for verdict in rows]
+    for listed in TARGETS["afterwards"].values():
+        assert not [start for start in listed if not any(name.startswith(start) for name in names)]
+    assert changed_afterwards("par2, healthy prediction: upward rotation at rest", TARGETS) == ""
 
 
 def own_rhythm(**changes: float) -> pd.DataFrame:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
 from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT
-from scapulohumeral.quantities.population import CITATION
+from scapulohumeral.quantities.population import CITATION, UPWARD_ROTATION
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.gap import tables as gap_tables
@@ -218,7 +220,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
 
 
 def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
-    coordination = study.coordination
+    coordination, note = study.coordination, tracked_note(study, cases)
     moments = moment_figures.headline_moments(coordination, cases, study.equation_folders)
     excitations = prediction_figures.prediction_excitations(
         coordination, cases, _trial_times(study, cases)
@@ -227,8 +229,8 @@ def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
         "name": cases.participant,
         "rhythm": published_rhythm_table(coordination.rhythm, cases),
         "motion": [
-            prediction_figures.prediction_kinematics(cases),
-            prediction_figures.upward_rotation_figure(cases),
+            prediction_figures.prediction_kinematics(cases, note),
+            prediction_figures.upward_rotation_figure(cases, note),
         ],
         "calibration": [prediction_figures.calibration_effect(cases)],
         "excitations": [excitations],
@@ -239,6 +241,27 @@ def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
         "margins": moment_figures.margin_table(moments),
         "forces": [moment_figures.group_force_figure(cases)],
     }
+
+
+def tracked_note(study: Study, cases: Cases) -> str:
+    """Sentences on what is drawn beside predictions: the tracked motion, which is no recording."""
+    solves = [
+        trial.runs["quaternion"].solution
+        for trial in study.trials
+        if trial.participant == cases.participant
+        and "quaternion" in trial.runs
+        and not trial.runs["quaternion"].failed
+    ]
+    if not solves:
+        return ""
+    apart = max(
+        np.abs(thorax_angles(s.pose) - thorax_angles(s.reference_pose))[:, UPWARD_ROTATION].max()
+        for s in solves
+    )
+    return (
+        " Grey: the motion that was tracked in chapter 3. It is not the recording, which errors "
+        f"and rhythms are told against: their upward rotations differ by up to {apart:.1f} deg."
+    )
 
 
 def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from scapulohumeral.report.coordination import Coordination
 from scapulohumeral.report.prediction.targets import prediction_verdicts
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
+from scapulohumeral.report.words import BESIDE_OTHERS
 from scapulohumeral.stages.validation import one_per_recording
 
 KIND_NAMES = {"force": "maximum isometric force", "fibre": "optimal fibre length"}
@@ -176,7 +177,7 @@ def solve_verdicts(table: pd.DataFrame, limits: Mapping[str, Any]) -> list[Verdi
             uncertified,
         ),
         Verdict(
-            "predictions: time of a solve",
+            f"predictions: time of a solve, which {BESIDE_OTHERS}",
             f"at most {tried.seconds.max():.0f} s, median {tried.seconds.median():.0f} s",
             f"≤ {longest:g} s",
             not slow,

@@ -14,6 +14,7 @@ from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.targets import changed_afterwards, verdicts
 from scapulohumeral.report.tracking import figures, solver_figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock
+from scapulohumeral.report.words import BESIDE_OTHERS
 from scapulohumeral.templates import page_template
 
 TEMPLATE = "template.html.j2"
@@ -56,6 +57,7 @@ def _content(study: Study) -> dict[str, Any]:
         "tables": _tables(study),
         "glossary": chapters.glossary(),
         "speed": speed_content(study.speed),
+        "beside_others": BESIDE_OTHERS,
         "trials": [
             {
                 "participant": trial.participant,

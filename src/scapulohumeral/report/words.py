@@ -46,6 +46,8 @@ STEPS = {
     "cuff_and_elbow": "loss of the cuff, elbow in pauses",
     "arm": "motion of the arm",
 }
+# What is to be said of times.
+BESIDE_OTHERS = "may have been measured beside other jobs: compare iterations, not times"
 # Variants whose name in files means something else in a text.
 VARIANTS = {"published": "authors' problem (solved here)"}
 GLOSSARY: Mapping[str, str] = {

@@ -32,6 +32,7 @@ from scapulohumeral.report.chapters import (
     calibration_chapter,
     other_objective,
     prediction_chapter,
+    tracked_note,
     validation_chapter,
 )
 from scapulohumeral.report.coordination import (
@@ -645,6 +646,32 @@ def test_targets_of_afterwards_are_marked_and_counted(html: str, study: Study) -
     assert words in summary
     assert summary.count("<em>(added after results were seen)</em>") == 8
     assert summary.count("<em>(tightened after results were seen)</em>") == 5
+
+
+def test_grey_line_is_said_to_be_no_recording(study: Study, cases: Cases, html: str) -> None:
+    """The synthetic scapula is tracked with an error of three degrees, in one angle."""
+    note = tracked_note(study, cases)
+    assert "their upward rotations differ by up to 3.0 deg" in note
+    chapter = html.split('<h2 id="prediction">')[1].split("<h2")[0]
+    # In the caption and for readers of the screen, of two figures.
+    assert chapter.count("differ by up to 3.0 deg") == 4
+    assert tracked_note(study, replace(cases, participant="par3")) == ""
+
+
+def test_captions_say_where_panels_have_their_own_scales(html: str) -> None:
+    captions = re.findall(r"<figcaption>(.*?)</figcaption>", html, re.S)
+    own = [c.split('download="')[1].split('"')[0] for c in captions if "their own scales" in c]
+    assert {"scalers.csv", "task_par2_shelf_reaching.csv", "prediction_emg_par2.csv"} <= set(own)
+    (capacity,) = [caption for caption in captions if "partly lost" in caption]
+    assert "do not start at zero" in capacity
+
+
+def test_times_are_said_to_be_measured_beside_other_jobs(html: str) -> None:
+    (target,) = re.findall(r"<td>(predictions: time of a solve.*?)</td>", html)
+    (figure,) = re.findall(r"<figcaption>(Iterations and wall time.*?)<a", html, re.S)
+    captions = re.findall(r"<caption>(Every solve; .*?|Time and memory.*?)</caption>", html)
+    assert len(captions) == 2
+    assert all("beside other jobs" in text for text in (target, figure, *captions))
 
 
 def test_arms_that_do_not_fit_their_body_are_limits_by_name(html: str) -> None:

@@ -374,6 +374,10 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
     assert rows["all effects that show: gap found"][1] == "no case"
     assert rows["time of a diagnosis, median [s]"][1] == "no case"
+    modes["all"] |= {"seconds": {"median": 168.4, "n": 4}}
+    [table] = gap_tables.score_tables({"plants": {"P1": modes}}).values()
+    rows = {row[0]: row for row in table.rows}
+    assert rows["time of a diagnosis, median [s]"][1] == "168 (4 cases)"
 
 
 def test_rates_of_draws_with_the_same_rules_are_told_together() -> None:

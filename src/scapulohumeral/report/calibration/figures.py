@@ -186,7 +186,7 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
         f"Scalers calibrated to {coordination.emg_word}, with 90 % intervals; open circles: the "
         f"data do not identify this scaler. {plant if coordination.emg_word != 'EMG' else ''}"
         "Orange: estimate of the paper's problem, in which the scalers also pay for effort and for "
-        "their distance from one. Green: published, where printed.",
+        "their distance from one. Green: published, where printed. Panels have their own scales.",
     )
 
 

@@ -255,7 +255,8 @@ def _score_table(modes: Mapping[str, Any]) -> Table:
     for text, path, target in SCORES:
         rows.append((text, *(_in_mode(m, path, _at(modes[m], path)) for m in names), target))
     for text, path, target in MEDIANS:
-        rows.append((text, *(_median(_at(modes[m], path)) for m in names), target))
+        said = _whole if path == ("seconds",) else _median
+        rows.append((text, *(said(_at(modes[m], path)) for m in names), target))
     for text, path, target in NUMBERS:
         rows.append((text, *(_number(_at(modes[m], path)) for m in names), target))
     return Table(("", *names, "bar"), rows)
@@ -284,6 +285,13 @@ def _median(spread: Mapping[str, Any] | None) -> str:
     if spread is None or spread["median"] is None:
         return "no case"
     return f"{spread['median']:.2g} ({spread['n']} cases)"
+
+
+def _whole(spread: Mapping[str, Any] | None) -> str:
+    """The same in whole units."""
+    if spread is None or spread["median"] is None:
+        return "no case"
+    return f"{spread['median']:.0f} ({spread['n']} cases)"
 
 
 def _number(value: float | None) -> str:

@@ -134,8 +134,11 @@ def shades(count: int) -> list[Any]:
     return [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.12, 0.95, count)]
 
 
-def prediction_kinematics(cases: Cases) -> Picture | None:
-    """Healthy against cuff-limited prediction (figure of the paper)."""
+def prediction_kinematics(cases: Cases, note: str = "") -> Picture | None:
+    """Healthy against cuff-limited prediction (figure of the paper).
+
+    ``note`` says in the caption what the tracked motion is.
+    """
     if cases.healthy is None:
         return None
     lines = [predicted(cases.healthy, "predicted, healthy", HEALTHY)]
@@ -148,7 +151,8 @@ def prediction_kinematics(cases: Cases) -> Picture | None:
         [*lines, *published(cases)],
         "Predicted motion of clavicle and scapula; only the humerus is tracked. Healthy: "
         f"{cases.healthy.condition.parameters} muscles"
-        + (f"; cuff-limited: {loss}" if cases.cuff is not None else "."),
+        + (f"; cuff-limited: {loss}" if cases.cuff is not None else ".")
+        + note,
     )
 
 
@@ -283,8 +287,8 @@ def _name_planes(drawing: Drawing, about: Prediction) -> None:
 
 
 @styled
-def upward_rotation_figure(cases: Cases) -> Picture | None:
-    """Upward rotation over elevation while the arm rises, a panel per plane."""
+def upward_rotation_figure(cases: Cases, note: str = "") -> Picture | None:
+    """Upward rotation over elevation while the arm rises, a panel per plane; `note` as above."""
     about = cases.healthy
     if about is None:
         return None
@@ -315,7 +319,7 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
         f"upward_rotation_{cases.participant}",
         f"Participant {cases.participant}: upward rotation of the scapula over elevation of "
         "the arm, rise only. The rhythm is the slope: on a line of rhythm r, upward rotation grows "
-        f"by 1 deg per r + 1 deg of elevation. Green band: {CITATION}."
+        f"by 1 deg per r + 1 deg of elevation.{note} Green band: {CITATION}."
         + (" Published curves belong to another motion of the arm." if published(cases) else ""),
     )
 
@@ -382,7 +386,8 @@ def prediction_excitations(
     return drawing.finish(
         f"prediction_emg_{cases.participant}",
         f"Participant {cases.participant}: excitation predicted for each channel (mean of its "
-        f"elements) and {coordination.emg_word} of the same elevations. "
+        f"elements) and {coordination.emg_word} of the same elevations. Panels have their own "
+        "scales. "
         "No EMG is defined in the pauses (grey). It belongs to the healthy shoulder with the "
         "tracked scapula; in a prediction the scapula moves differently.",
     )

@@ -184,7 +184,8 @@ def capacity_figure(cases: Cases) -> Picture | None:
         f"Participant {cases.participant}: force of supraspinatus and infraspinatus partly lost, "
         f"w_GH {cases.graded[0].condition.w_gh:g}; right of it other losses: "
         + ("; ".join(map(condition_label, cases.isolated)) or "none")
-        + ". No line: the rhythm is no number, because the scapula hardly turns upward.",
+        + ". No line: the rhythm is no number, because the scapula hardly turns upward. Panels "
+        "have their own scales, which do not start at zero.",
     )
 
 

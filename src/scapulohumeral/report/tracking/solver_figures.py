@@ -9,6 +9,7 @@ from scapulohumeral.report.drawing.curves import passes_gimbal_lock
 from scapulohumeral.report.drawing.svg import COLOURS, LABELS, Drawing, Picture, styled
 from scapulohumeral.report.study import Study, TrialRuns
 from scapulohumeral.report.tracking.figures import run_label, run_line
+from scapulohumeral.report.words import BESIDE_OTHERS
 
 # Rows of the two formulations are set apart, so that equal values do not hide each other.
 ROW_SHIFT = {"quaternion": -0.14, "euler": 0.14}
@@ -50,7 +51,7 @@ def performance_figure(study: Study) -> Picture:
     return drawing.finish(
         "performance",
         "Iterations and wall time of each solve, all phases together. * marks recordings that come "
-        "close to gimbal lock of the glenohumeral sequence Y-Z-Y.",
+        f"close to gimbal lock of the glenohumeral sequence Y-Z-Y. Times {BESIDE_OTHERS}.",
     )
 
 

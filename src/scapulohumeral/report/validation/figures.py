@@ -137,7 +137,8 @@ def task_figure(coordination: Coordination, participant: str, task: str) -> Pict
         f"task_{participant}_{task}",
         f"Participant {participant}, {task.replace('_', ' ')}: {coordination.emg_word} and the "
         "excitations with generic and with calibrated muscles (mean over the elements of each "
-        "channel)." + "".join(f" Not converged and not drawn: {name} muscles." for name in missing),
+        "channel). Panels have their own scales."
+        + "".join(f" Not converged and not drawn: {name} muscles." for name in missing),
     )
 
 

@@ -17,6 +17,7 @@ from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.gap.real_cases import real_content
+from scapulohumeral.report.gap.words import FAMILIES, WORDS
 from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.prediction import figures as prediction_figures
 from scapulohumeral.report.prediction import ladder, literature, sensitivity
@@ -211,6 +212,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
             }
             for document in study.diagnoses
         ],
+        "codes": sorted({document["hashes"]["code"][:16] for document in study.diagnoses}),
         "scores": gap_tables.score_tables(card) if card else {},
         "card": card,
         "together": gap_tables.together_table(study.blind_scores),
@@ -275,8 +277,9 @@ def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
 
 def glossary() -> Table:
     """Names that tables use, in words."""
+    families = {f"{name} (family of effects)": words for name, words in FAMILIES.items()}
     steps = {f"{name} (step of the ladder)": words for name, words in STEPS.items()}
-    return Table(("name", "meaning"), list({**GLOSSARY, **steps}.items()))
+    return Table(("name", "meaning"), list({**GLOSSARY, **steps, **WORDS, **families}.items()))
 
 
 def player(study: Study) -> str:

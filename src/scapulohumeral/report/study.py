@@ -133,7 +133,7 @@ class Study:
     benchmarks : one row per measured job: rule, job, seconds, memory_MB
     assumptions : marked in the source files
     coordination : EMG, calibration, validation and prediction
-    diagnoses, blind_scores : documents of the gap diagnosis
+    diagnoses, blind_scores : documents of the gap diagnosis; score cards with their name, `file`
     real_cases : one row per diagnosis of known cause; empty if none was made
     speed : records of runs beside the study, by name
     config : settings of the configuration
@@ -206,7 +206,7 @@ def read_study(files: ReportFiles) -> Study:
         coordination=read_coordination(files.coordination, models, published, targets),
         equation_folders=files.equations,
         diagnoses=[_read_json(path) for path in files.diagnoses],
-        blind_scores=[_read_json(path) for path in files.blind_scores],
+        blind_scores=[{**_read_json(path), "file": path.name} for path in files.blind_scores],
         real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
         speed={path.stem: _read_json(path) for path in files.speed},
         config=files.config,

@@ -8,6 +8,11 @@ import pytest
 import yaml
 from places import REPOSITORY
 
+from scapulohumeral.gap.detection.presence import GLR, MAX_T, ON_RECORD
+from scapulohumeral.gap.detection.single_trials import ALONE, STATISTIC
+from scapulohumeral.gap.effects import library, movement_strategy
+from scapulohumeral.report.chapters import glossary
+from scapulohumeral.report.gap.words import FAMILIES, TESTS, WORDS
 from scapulohumeral.report.words import (
     GLOSSARY,
     STEPS,
@@ -50,6 +55,15 @@ def test_templates_name_no_participant_but_the_one_of_the_paper() -> None:
     templates = sorted((REPOSITORY / "src/scapulohumeral/report").rglob("*.j2"))
     assert len(templates) >= 8
     assert not [path for path in templates if re.search(r"\bpar[13]\b", path.read_text("utf-8"))]
+
+
+def test_every_family_of_effects_and_every_test_of_a_gap_is_explained() -> None:
+    modules = [*library.FAMILIES, movement_strategy]
+    assert {module.__name__.rpartition(".")[2] for module in modules} == set(FAMILIES)
+    assert {MAX_T, GLR, ON_RECORD, STATISTIC, ALONE} < set(TESTS)
+    assert not set(WORDS) & set(GLOSSARY)
+    meanings = [row[0] for row in glossary().rows]
+    assert {"floor", "null bank", "placebo", "hand_load (family of effects)"} <= set(meanings)
 
 
 def test_every_step_of_the_ladder_and_every_variant_is_explained() -> None:

@@ -33,17 +33,11 @@ def render_report(files: ReportFiles) -> str:
 
 def _content(study: Study) -> dict[str, Any]:
     """Everything that the template shows, by name."""
-    judged = [
-        *verdicts(study.summary, study.quality, study.targets),
-        *coordination_verdicts(study.coordination),
-    ]
     return {
+        **_verdicts(study),
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
-        # What fails comes first.
-        "verdicts": sorted(judged, key=lambda verdict: verdict.holds),
-        "afterwards": {v.name: changed_afterwards(v.name, study.targets) for v in judged},
         "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
         "recovered": recovered(study.coordination),
@@ -78,6 +72,18 @@ def _content(study: Study) -> dict[str, Any]:
         ),
         "masses": sorted({record.masses for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
+    }
+
+
+def _verdicts(study: Study) -> dict[str, Any]:
+    """All targets, what fails first, and what was done to them after results were seen."""
+    judged = [
+        *verdicts(study.summary, study.quality, study.targets),
+        *coordination_verdicts(study.coordination),
+    ]
+    return {
+        "verdicts": sorted(judged, key=lambda verdict: verdict.holds),
+        "afterwards": {v.name: changed_afterwards(v.name, study.targets) for v in judged},
     }
 
 

@@ -24,7 +24,8 @@ limits := --resources mem_mb=$(MEMORY_MB) --cores $(CORES)
 study := snakemake --workflow-profile workflow/profiles/default $(limits)
 quick := snakemake --workflow-profile workflow/profiles/quick --configfile config/quick.yaml $(limits)
 
-# Score cards are named by when their keys were sealed, so that one draw is kept once.
+# Score cards are named by when their keys were sealed, so that one draw is kept once. This holds from
+# 2026-11-28 on: older cards are named by when they were kept.
 sealed = json.load(open('$(1)'))['sealed']['date'].replace(':', '')
 keep_scores = cp $(1) reports/blind_scores/$$(python -c "import json; print($(sealed))").json
 

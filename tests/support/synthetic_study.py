@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from places import REPOSITORY
 from skeleton import joint, muscle, skeleton_record
 
@@ -205,4 +206,5 @@ def write_study(folder: Path, runs: list[Solution]) -> ReportFiles:
         ],
         benchmarks=[write_json(folder / "benchmarks/solve_tracking/par2_frontal.jsonl", job)],
         sources=[source],
+        config=yaml.safe_load((REPOSITORY / "config/config.yaml").read_text(encoding="utf-8")),
     )

@@ -108,6 +108,8 @@ rule render_report:
         "results/benchmarks/render_report/{report}.jsonl"
     params:
         code=code_of("render_report"),
+        # Settings that texts of the report name.
+        config={name: config[name] for name in ("solve", "weights", "emg")},
     threads: 1
     message:
         "Report: reports/{wildcards.report}.html"

@@ -23,7 +23,8 @@ html = render_report(
         summary=Path(snakemake.input.summary),
         coordination=CoordinationFiles(**inputs(CoordinationFiles)),
         targets=Path(snakemake.input.targets),
-        **inputs(ReportFiles, "summary", "coordination", "targets"),
+        config=snakemake.params.config,
+        **inputs(ReportFiles, "summary", "coordination", "targets", "config"),
     )
 )
 Path(snakemake.output.html).write_text(html, encoding="utf-8")

@@ -1,18 +1,32 @@
-"""Quantities of a prediction as rows of tables: rhythm by phase, load and rotation by plane."""
+"""Quantities of a prediction as rows of tables: rhythm by phase, load and rotation by plane.
+
+Letters: N nodes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from scipy import constants
 
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.quantities.joint_loading import GlenohumeralLoad, glenohumeral_load
-from scapulohumeral.quantities.rhythm import rhythm_by_plane
-from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
+from scapulohumeral.quantities.published_distance import ANGLES, at_level
+from scapulohumeral.quantities.rhythm import range_rhythm, rhythm_by_plane, rising_part
+from scapulohumeral.quantities.segment_angles import (
+    ELEVATION_COLUMN,
+    UPWARD_ROTATION_COLUMN,
+    thorax_angles,
+)
+
+# Phase of the rhythm that a whole elevation is told by.
+WHOLE_RISE = "start-90"
+# Sizes of one force, or of many.
+Newtons = TypeVar("Newtons", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -83,4 +97,42 @@ def peaks(load: GlenohumeralLoad, pose: np.ndarray, nodes: slice) -> dict[str, f
         "max_eccentricity": float(eccentricity.max()),
         "fraction_outside": float(np.mean(eccentricity > 1.0)),
         "peak_upward_rotation_deg": float(thorax_angles(pose)[nodes, UPWARD_ROTATION_COLUMN].max()),
+    }
+
+
+def percent_body_weight(newtons: Newtons, body_mass_kg: float) -> Newtons:
+    """Size of a force [N], one or many, as a share of body weight [%], at standard gravity."""
+    return 100.0 * newtons / (body_mass_kg * constants.g)
+
+
+def rise_quantities(
+    angles: np.ndarray,
+    force: np.ndarray,
+    unit: str,
+    levels_deg: Sequence[float],
+    clavicle_levels_deg: Sequence[float],
+) -> dict[str, float]:
+    """What tables of changed predictions say of one elevation.
+
+    Upward rotation and clavicle elevation where the rising arm reaches fixed elevations, the peak
+    of upward rotation, the rhythm of the rise by the paper's estimator, and the joint force where
+    the rise starts and at its largest.
+
+    Parameters
+    ----------
+    angles : array, shape (N, 10)    of one elevation, in the thorax [deg]
+    force : array, shape (N,)        size of the joint force
+    unit : of the force, which ends the names of its columns
+    levels_deg, clavicle_levels_deg : elevations of the arm for upward rotation and for the clavicle
+    """
+    rise = rising_part(angles[:, ELEVATION_COLUMN])
+    upward = angles[:, UPWARD_ROTATION_COLUMN]
+    clavicle = ANGLES["clavicle_elevation"]
+    return {
+        **{f"ur_{at:g}_deg": at_level(angles, UPWARD_ROTATION_COLUMN, at) for at in levels_deg},
+        "ur_peak_deg": float(upward.max()),
+        **{f"clavicle_{at:g}_deg": at_level(angles, clavicle, at) for at in clavicle_levels_deg},
+        "rhythm": range_rhythm(angles[rise, ELEVATION_COLUMN], upward[rise])[WHOLE_RISE],
+        f"gh_force_start_{unit}": float(force[rise.start]),
+        f"gh_force_peak_{unit}": float(force.max()),
     }

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.player.page import player_html
 from scapulohumeral.player.scene import Scene
 from scapulohumeral.quantities.paper import PREDICTED_PARTICIPANT
-from scapulohumeral.quantities.population import CITATION
+from scapulohumeral.quantities.population import CITATION, UPWARD_ROTATION
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.calibration import figures as calibration_figures
 from scapulohumeral.report.coordination import Cases, Prediction
 from scapulohumeral.report.gap import tables as gap_tables
 from scapulohumeral.report.gap.real_cases import real_content
+from scapulohumeral.report.gap.words import FAMILIES, WORDS
 from scapulohumeral.report.player import build_scene
 from scapulohumeral.report.prediction import figures as prediction_figures
 from scapulohumeral.report.prediction import ladder, literature, sensitivity
@@ -26,10 +29,13 @@ from scapulohumeral.report.prediction.audit import audit_rows
 from scapulohumeral.report.prediction.girdle_errors import girdle_table
 from scapulohumeral.report.published.comparison import published_rhythm_table
 from scapulohumeral.report.study import Study
-from scapulohumeral.report.tables import Table, named_rows
+from scapulohumeral.report.tables import Table, cell_in_words, named_rows
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
 from scapulohumeral.report.validation import figures as validation_figures
 from scapulohumeral.report.words import GLOSSARY, STEPS, in_words
+
+# Terms of the calibration alone, and the weight that each predicted condition has of its own.
+NOT_COMPARED = ("emg", "parameters", "stability")
 
 
 def calibration_chapter(study: Study) -> dict[str, Any] | None:
@@ -95,6 +101,7 @@ def judged_content(study: Study) -> dict[str, Any] | None:
         "participants": prediction_targets.participants_table(judged)
         if judged.has_limits
         else None,
+        "fall_level": prediction_targets.fall_level(judged.targets["against_published"]),
         "stated": prediction_targets.cuff_effects(judged) if judged.has_limits else None,
         "distances": prediction_targets.distance_table(judged),
         "tasks": prediction_targets.task_table(judged) if len(judged.tasks) else None,
@@ -133,7 +140,11 @@ def sensitivity_content(study: Study) -> dict[str, Any] | None:
     table = study.coordination.sensitivity
     if table.empty:
         return None
-    return {"figure": sensitivity.tornado(table), "rows": sensitivity.sensitivity_rows(table)}
+    return {
+        "figure": sensitivity.tornado(table),
+        "rows": sensitivity.sensitivity_rows(table),
+        "reaction_rate": table.case.str.startswith("reaction_rate").any(),
+    }
 
 
 def committed_content(table: pd.DataFrame) -> Table | None:
@@ -141,7 +152,10 @@ def committed_content(table: pd.DataFrame) -> Table | None:
     if table.empty:
         return None
     rows = [
-        tuple("" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else str(x) for x in row)
+        tuple(
+            "" if pd.isna(x) else f"{x:.3g}" if isinstance(x, float) else cell_in_words(name, x)
+            for name, x in zip(table.columns, row, strict=True)
+        )
         for row in named_rows(table)
     ]
     failed = frozenset(k for k, status in enumerate(table.status) if status != "optimal")
@@ -165,6 +179,21 @@ def measured_content(study: Study) -> dict[str, Any]:
     }
 
 
+def other_objective(study: Study) -> list[str]:
+    """Weights of predictions with calibrated muscles that calibration has otherwise, in words."""
+    predictions = study.coordination.predictions
+    if all(one.condition.parameters != "calibrated" for one in predictions):
+        return []
+    there, here = (study.config["weights"][name] for name in ("calibration", "prediction"))
+    names = [name for name in {**there, **here} if name not in NOT_COMPARED]
+    # A weight that is not named is none.
+    return [
+        f"{name.replace('_', ' ')} {here.get(name, 0):g} instead of {there.get(name, 0):g}"
+        for name in names
+        if there.get(name, 0) != here.get(name, 0)
+    ]
+
+
 def gap_chapter(study: Study) -> dict[str, Any] | None:
     """Diagnoses of the recordings, and what cases of known cause say about such diagnoses."""
     if not study.diagnoses and not study.blind_scores and study.real_cases.empty:
@@ -183,6 +212,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
             }
             for document in study.diagnoses
         ],
+        "codes": sorted({document["hashes"]["code"][:16] for document in study.diagnoses}),
         "scores": gap_tables.score_tables(card) if card else {},
         "card": card,
         "together": gap_tables.together_table(study.blind_scores),
@@ -192,7 +222,7 @@ def gap_chapter(study: Study) -> dict[str, Any] | None:
 
 
 def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
-    coordination = study.coordination
+    coordination, note = study.coordination, tracked_note(study, cases)
     moments = moment_figures.headline_moments(coordination, cases, study.equation_folders)
     excitations = prediction_figures.prediction_excitations(
         coordination, cases, _trial_times(study, cases)
@@ -201,8 +231,8 @@ def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
         "name": cases.participant,
         "rhythm": published_rhythm_table(coordination.rhythm, cases),
         "motion": [
-            prediction_figures.prediction_kinematics(cases),
-            prediction_figures.upward_rotation_figure(cases),
+            prediction_figures.prediction_kinematics(cases, note),
+            prediction_figures.upward_rotation_figure(cases, note),
         ],
         "calibration": [prediction_figures.calibration_effect(cases)],
         "excitations": [excitations],
@@ -213,6 +243,27 @@ def _participant_content(study: Study, cases: Cases) -> dict[str, Any]:
         "margins": moment_figures.margin_table(moments),
         "forces": [moment_figures.group_force_figure(cases)],
     }
+
+
+def tracked_note(study: Study, cases: Cases) -> str:
+    """Sentences on what is drawn beside predictions: the tracked motion, which is no recording."""
+    solves = [
+        trial.runs["quaternion"].solution
+        for trial in study.trials
+        if trial.participant == cases.participant
+        and "quaternion" in trial.runs
+        and not trial.runs["quaternion"].failed
+    ]
+    if not solves:
+        return ""
+    apart = max(
+        np.abs(thorax_angles(s.pose) - thorax_angles(s.reference_pose))[:, UPWARD_ROTATION].max()
+        for s in solves
+    )
+    return (
+        " Grey: the motion that was tracked in chapter 3. It is not the recording, which errors "
+        f"and rhythms are told against: their upward rotations differ by up to {apart:.1f} deg."
+    )
 
 
 def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
@@ -226,8 +277,9 @@ def _trial_times(study: Study, cases: Cases) -> dict[str, Any]:
 
 def glossary() -> Table:
     """Names that tables use, in words."""
+    families = {f"{name} (family of effects)": words for name, words in FAMILIES.items()}
     steps = {f"{name} (step of the ladder)": words for name, words in STEPS.items()}
-    return Table(("name", "meaning"), list({**GLOSSARY, **steps}.items()))
+    return Table(("name", "meaning"), list({**GLOSSARY, **steps, **WORDS, **families}.items()))
 
 
 def player(study: Study) -> str:

@@ -11,9 +11,10 @@ from scapulohumeral.report.coordination_targets import coordination_verdicts
 from scapulohumeral.report.published.comparison import comparison, recovered
 from scapulohumeral.report.speed import speed_content
 from scapulohumeral.report.study import ReportFiles, Study, read_study
-from scapulohumeral.report.targets import verdicts
+from scapulohumeral.report.targets import changed_afterwards, verdicts
 from scapulohumeral.report.tracking import figures, solver_figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock
+from scapulohumeral.report.words import BESIDE_OTHERS
 from scapulohumeral.templates import page_template
 
 TEMPLATE = "template.html.j2"
@@ -33,17 +34,10 @@ def render_report(files: ReportFiles) -> str:
 def _content(study: Study) -> dict[str, Any]:
     """Everything that the template shows, by name."""
     return {
+        **_verdicts(study),
         "study": study,
         "participants": list(study.models),
         "planes": list(dict.fromkeys(trial.trial for trial in study.trials)),
-        # What fails comes first.
-        "verdicts": sorted(
-            [
-                *verdicts(study.summary, study.quality, study.targets),
-                *coordination_verdicts(study.coordination),
-            ],
-            key=lambda verdict: verdict.holds,
-        ),
         "judged": chapters.judged_content(study),
         "comparison": comparison(study, study.coordination),
         "recovered": recovered(study.coordination),
@@ -53,9 +47,11 @@ def _content(study: Study) -> dict[str, Any]:
         "prediction": chapters.prediction_chapter(study),
         "player": chapters.player(study),
         "gap": chapters.gap_chapter(study),
+        "other_objective": chapters.other_objective(study),
         "tables": _tables(study),
         "glossary": chapters.glossary(),
         "speed": speed_content(study.speed),
+        "beside_others": BESIDE_OTHERS,
         "trials": [
             {
                 "participant": trial.participant,
@@ -76,6 +72,18 @@ def _content(study: Study) -> dict[str, Any]:
         ),
         "masses": sorted({record.masses for record in study.models.values()}),
         "muscle_count": len(study.runs[0].solution.muscles),
+    }
+
+
+def _verdicts(study: Study) -> dict[str, Any]:
+    """All targets, what fails first, and what was done to them after results were seen."""
+    judged = [
+        *verdicts(study.summary, study.quality, study.targets),
+        *coordination_verdicts(study.coordination),
+    ]
+    return {
+        "verdicts": sorted(judged, key=lambda verdict: verdict.holds),
+        "afterwards": {v.name: changed_afterwards(v.name, study.targets) for v in judged},
     }
 
 

@@ -143,11 +143,12 @@ def _own_rows(own: Record) -> tuple[list[tuple[str, ...]], set[int]]:
         clock = f"{own['limited_memory_seconds']:.1f} (clock)"
         outcome = f"same objective within 1e-4 after this time, of {whole:.1f} s in all"
         limited = (clock, second, outcome, f"{own['ratio_limited_memory']:.1f} (clock)")
+    outcome = "optimal" if own["tracking_optimal"] else "not optimal"
     rows: list[tuple[str, ...]] = [
-        ("this solver", "", "", f"{seconds:.1f}", first, "optimal", "1"),
+        ("this solver", "", "", f"{seconds:.1f}", first, outcome, "1"),
         ("this solver, limited memory", "the same problem", "", *limited),
     ]
-    return rows, set() if reached else {1}
+    return rows, {k for k, held in enumerate((own["tracking_optimal"], reached)) if not held}
 
 
 def opty_table(record: Record) -> Table:

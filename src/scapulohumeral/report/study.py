@@ -43,6 +43,7 @@ class ReportFiles:
     equations : folders, one per formulation
     benchmarks : Snakemake's ``<rule>/<job>.jsonl``
     sources : files that state assumptions
+    config : the configuration, of which sections ``solve``, ``weights`` and ``emg`` are told
     coordination : files of EMG, calibration, validation and prediction, as far as there are any
     diagnoses : answers ``result.json`` of gap diagnoses; blind_scores : score cards, or none
     real_cases : table of diagnoses whose cause is known, or none
@@ -60,6 +61,7 @@ class ReportFiles:
     equations: Sequence[Path]
     benchmarks: Sequence[Path]
     sources: Sequence[Path]
+    config: Mapping[str, Any]
     coordination: CoordinationFiles = CoordinationFiles()
     diagnoses: Sequence[Path] = ()
     blind_scores: Sequence[Path] = ()
@@ -131,9 +133,10 @@ class Study:
     benchmarks : one row per measured job: rule, job, seconds, memory_MB
     assumptions : marked in the source files
     coordination : EMG, calibration, validation and prediction
-    diagnoses, blind_scores : documents of the gap diagnosis
+    diagnoses, blind_scores : documents of the gap diagnosis; score cards with their name, `file`
     real_cases : one row per diagnosis of known cause; empty if none was made
     speed : records of runs beside the study, by name
+    config : settings of the configuration
     targets : limits that results are judged by; fixed_in : the commit that last changed them
     """
 
@@ -152,6 +155,7 @@ class Study:
     blind_scores: list[dict[str, Any]]
     real_cases: pd.DataFrame
     speed: dict[str, dict[str, Any]]
+    config: Mapping[str, Any]
     targets: Mapping[str, Any]
     fixed_in: str
 
@@ -202,9 +206,10 @@ def read_study(files: ReportFiles) -> Study:
         coordination=read_coordination(files.coordination, models, published, targets),
         equation_folders=files.equations,
         diagnoses=[_read_json(path) for path in files.diagnoses],
-        blind_scores=[_read_json(path) for path in files.blind_scores],
+        blind_scores=[{**_read_json(path), "file": path.name} for path in files.blind_scores],
         real_cases=pd.concat([pd.DataFrame(), *map(read_known_cases, files.real_cases)]),
         speed={path.stem: _read_json(path) for path in files.speed},
+        config=files.config,
         targets=targets,
         fixed_in=last_commit(files.targets),
     )

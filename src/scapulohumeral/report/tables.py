@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.model.participant_file import GRAVITY_MPS2
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
 from scapulohumeral.quantities.paper import (
@@ -17,10 +16,11 @@ from scapulohumeral.quantities.paper import (
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,
 )
+from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES
-from scapulohumeral.report.words import in_words
+from scapulohumeral.report.words import in_words, variant_in_words
 
 ARM_SEGMENTS = {
     "upper_arm": ("humerus_r",),
@@ -33,6 +33,9 @@ IMPLAUSIBLE_RATIO = 2.0
 OWN_MASS = "participant"
 # Weights of terms that daily tasks do not have, in the section of the configuration that both use.
 ONLY_OF_CALIBRATION = ("weight emg", "weight parameters")
+
+# Columns that hold a variant, or in the ladder the one that it starts from.
+OF_VARIANTS = ("variant", "rung", "step")
 
 AGREES_WITHIN_DEG = 1.0
 REASONS = {
@@ -94,13 +97,18 @@ def solves(table: pd.DataFrame, names: Sequence[str], digits: int) -> Table:
     numbers = [column for column in table.columns if column not in names]
     rows = [
         (
-            *("" if pd.isna(row[name]) else str(row[name]) for name in names),
+            *("" if pd.isna(row[name]) else cell_in_words(name, row[name]) for name in names),
             *("" if pd.isna(row[key]) else f"{row[key]:.{digits}g}" for key in numbers),
         )
         for row in table.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(table.status) if row != "optimal")
     return Table(tuple(map(in_words, (*names, *numbers))), rows, flagged)
+
+
+def cell_in_words(column: str, value: Any) -> str:
+    """A cell of words of a table of solves."""
+    return variant_in_words(str(value)) if column in OF_VARIANTS else str(value)
 
 
 def number_or_none(value: float, digits: int = 2) -> str:
@@ -311,11 +319,11 @@ def reactions(study: Study) -> Table:
     for run in study.runs:
         if not run.failed:
             force = np.linalg.norm(run.solution.reaction_N, axis=1)
-            weight = GRAVITY_MPS2 * study.models[run.participant].body_mass_kg
+            share = percent_body_weight(force, study.models[run.participant].body_mass_kg)
             peak = int(force.argmax())
             cells = (
-                f"{force.max():.0f}",
-                f"{100.0 * force.max() / weight:.0f}",
+                f"{force[peak]:.0f}",
+                f"{share[peak]:.0f}",
                 f"{run.solution.time_s[peak]:.2f}",
             )
             rows.append((run.participant, run.trial, run.formulation, *cells))
@@ -389,10 +397,15 @@ def _fingerprints(solution: Solution) -> tuple[str, str]:
 
 def settings(study: Study) -> Table:
     """Settings of the solves by stage; what differs between solves of one is listed with all."""
+    coordination, config = study.coordination, study.config
+    # Documents of calibrations do not hold their settings.
+    configured = {**config["solve"], "weights": config["weights"]["calibration"]}
+    calibrated = coordination.calibrations or coordination.uncalibrated
     stages = {
-        "tracking": [run.solution for run in study.runs],
-        "validation": list(study.coordination.tasks.values()),
-        "prediction": [prediction.solution for prediction in study.coordination.predictions],
+        "tracking": [run.solution.header["settings"] for run in study.runs],
+        "calibration": [configured] if calibrated else [],
+        "validation": [task.header["settings"] for task in coordination.tasks.values()],
+        "prediction": [one.solution.header["settings"] for one in coordination.predictions],
     }
     found = {stage: _settings(solves) for stage, solves in stages.items() if solves}
     for name in ONLY_OF_CALIBRATION:
@@ -404,11 +417,11 @@ def settings(study: Study) -> Table:
     return Table(("setting", *found), rows)
 
 
-def _settings(solutions: Sequence[Solution]) -> dict[str, list[str]]:
-    """Values of every setting, in the order in which solutions bring them."""
+def _settings(solves: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
+    """Values of every setting, in the order in which solves bring them."""
     found: dict[str, list[str]] = {}
-    for solution in solutions:
-        flat = dict(solution.header["settings"])
+    for settings in solves:
+        flat = dict(settings)
         weights = flat.pop("weights")
         flat |= {f"weight {name}": value for name, value in weights.items()}
         for key, value in flat.items():

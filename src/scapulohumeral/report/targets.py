@@ -72,6 +72,18 @@ def verdicts(
     return [all_solved(summary), broken, *means, norm, *geometry]
 
 
+def changed_afterwards(name: str, targets: Mapping[str, Any]) -> str:
+    """What was done to a row of the verdicts after results were seen: added, tightened, or nothing.
+
+    Parameters
+    ----------
+    name : of the verdict
+    targets : config/targets.yaml, of which section ``afterwards`` counts
+    """
+    listed = targets["afterwards"].items()
+    return next((word for word, rows in listed if name.startswith(tuple(rows))), "")
+
+
 def run_names(rows: pd.DataFrame) -> tuple[str, ...]:
     """Participant, plane and formulation of each row."""
     return tuple(f"{r.participant} {r.plane} {r.formulation}" for r in rows.itertuples())

@@ -46,6 +46,10 @@ STEPS = {
     "cuff_and_elbow": "loss of the cuff, elbow in pauses",
     "arm": "motion of the arm",
 }
+# What is to be said of times.
+BESIDE_OTHERS = "may have been measured beside other jobs: compare iterations, not times"
+# Variants whose name in files means something else in a text.
+VARIANTS = {"published": "authors' problem (solved here)"}
 GLOSSARY: Mapping[str, str] = {
     "healthy": "shoulder of the participant, weight of joint stability w_GH 2",
     "healthy_w10": "the same at w_GH 10",
@@ -56,7 +60,10 @@ GLOSSARY: Mapping[str, str] = {
     "…_from_…": "the shoulder named first, solved from the solution of the one named last",
     "study": "the study's own model and problem, on recorded arms",
     "study_arm": "the same on the arm of the published predictions",
-    "published": "the problem of the authors' program, on that arm",
+    VARIANTS["published"]: (
+        "the problem of the authors' program on that arm, as this study solves it; files call it "
+        "published. Elsewhere in the report, published is what the authors have printed or shared"
+    ),
     "spring, exponential, capsule_25, capsule_65": (
         "the study's model without a glenohumeral capsule; with the authors' springs in all "
         "joints; with a capsule of 0.25 and 0.65 N m"
@@ -95,6 +102,11 @@ def in_words(name: str) -> str:
     return " ".join(said) + (f" [{unit}]" if unit else "")
 
 
+def variant_in_words(variant: str) -> str:
+    """A variant as the report calls it, or a rung, which may be the variant it starts from."""
+    return VARIANTS.get(variant, variant)
+
+
 def step_in_words(step: str) -> str:
-    """What a step of the ladder takes back; other names stay as they are."""
-    return STEPS.get(step, step.replace("_", " "))
+    """What a step of the ladder takes back, or the variant it starts from; others stay."""
+    return STEPS.get(step, variant_in_words(step).replace("_", " "))

@@ -54,6 +54,16 @@ def test_no_reminders_left_behind(repository: Path) -> None:
     assert not findings(REMINDER, repository)
 
 
+def test_commands_that_are_documented_run_as_they_are_written(repository: Path) -> None:
+    """Snakemake asks for a number of cores, which is in the profile."""
+    templates = (repository / "src/scapulohumeral/report").rglob("*.j2")
+    documents = [path for path in text_files(repository) if path.suffix in (".md", ".yaml")]
+    documents += [*templates, repository / "reports/README.md"]
+    bare = re.compile(r"\bsnakemake (?!-)[a-z]")
+    assert len(documents) > 20
+    assert not [path for path in documents if bare.search(path.read_text(encoding="utf-8"))]
+
+
 def public_functions(path: Path) -> Iterator[ast.FunctionDef]:
     """Functions of a module and methods of its classes whose names do not start with `_`."""
     tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,8 +22,19 @@ from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
 from scapulohumeral.quantities.published_distance import published_distances
 from scapulohumeral.report import study as study_module
-from scapulohumeral.report.calibration.figures import emg_quality, scaler_table
-from scapulohumeral.report.chapters import calibration_chapter, prediction_chapter
+from scapulohumeral.report.calibration.figures import (
+    emg_quality,
+    scaler_figure,
+    scaler_table,
+    score_table,
+)
+from scapulohumeral.report.chapters import (
+    calibration_chapter,
+    other_objective,
+    prediction_chapter,
+    tracked_note,
+    validation_chapter,
+)
 from scapulohumeral.report.coordination import (
     Cases,
     Coordination,
@@ -38,12 +50,13 @@ from scapulohumeral.report.coordination_targets import (
     stable_weight,
     validation_verdicts,
 )
-from scapulohumeral.report.drawing.svg import Drawing
+from scapulohumeral.report.drawing.svg import Drawing, Picture
 from scapulohumeral.report.prediction.figures import (
     condition_label,
     pauses,
     prediction_kinematics,
     published_angles,
+    upward_rotation_figure,
 )
 from scapulohumeral.report.prediction.ladder import ladder_figure, ladder_rows, ladder_table
 from scapulohumeral.report.prediction.loading import _reach, sweep_figure
@@ -62,6 +75,7 @@ from scapulohumeral.report.tables import settings as settings_table
 from scapulohumeral.report.validation.figures import reduction_table, task_figures
 from scapulohumeral.stages.distances.against import read_predictions
 from scapulohumeral.stages.distances.daily_tasks import COLUMNS
+from scapulohumeral.templates import page_template
 
 pytestmark = pytest.mark.unit
 
@@ -201,15 +215,43 @@ def test_figure_shows_predictions_and_published_motions(cases: Cases) -> None:
     assert "doi:10.5281" in figure.caption
 
 
+def downloaded(figure: Picture) -> pd.DataFrame:
+    """Numbers that a figure offers."""
+    coded = figure.data_uri.split(",", 1)[1]
+    return pd.read_csv(io.BytesIO(base64.b64decode(coded)))
+
+
+def test_scalers_are_offered_with_the_intervals_that_are_drawn(coordination: Coordination) -> None:
+    numbers = downloaded(scaler_figure(coordination)).set_index("muscle group")
+    panel = "par2: scaler of maximum isometric force, simulated EMG"
+    of_force = {
+        column.removeprefix(f"{panel} | ").removesuffix(", factor on the generic value [1]"): value
+        for column, value in numbers.loc["scapular_deltoid"].items()
+        if column.startswith(panel)
+    }
+    assert of_force == {
+        "90 % interval, lower end": 1.1,
+        "90 % interval, upper end": 1.2,
+        "calibrated": 1.15,
+        "paper's problem": 1.02,
+        "plant": 1.16,
+    }
+
+
+def test_numbers_over_elevation_say_what_they_are(cases: Cases) -> None:
+    numbers = downloaded(upward_rotation_figure(cases))
+    assert numbers.columns[0] == "thoracohumeral elevation [deg]"
+    assert all(name.endswith("scapular upward rotation [deg]") for name in numbers.columns[1:])
+
+
 def test_humeral_angles_that_mean_nothing_in_pauses_are_not_drawn(cases: Cases) -> None:
     """Near the hanging arm they turn by half a circle, which would flatten all else."""
     figure = prediction_kinematics(cases)
-    coded = figure.data_uri.split(",", 1)[1]
-    drawn = pd.read_csv(io.BytesIO(base64.b64decode(coded)), index_col="x")
+    drawn = downloaded(figure).set_index("time [s]")
     start, end = pauses(cases.healthy)[0]
     times = cases.healthy.solution.time_s
     inside = drawn.loc[times[start] + 0.02 : times[end] - 0.02]
-    assert inside["humerus z: elevation (+) | predicted, healthy"].notna().any()
+    assert inside["humerus z: elevation (+) | predicted, healthy, angle [deg]"].notna().any()
     for column in drawn:
         if column.startswith(("humerus y:", "humerus y':")):
             assert inside[column].isna().all(), column
@@ -423,6 +465,17 @@ def test_uncertified_and_slow_predictions_do_not_hold(coordination: Coordination
     assert "par2 healthy 500 s" in times.worse
 
 
+def test_limit_of_the_kkt_error_judges_certificates(coordination: Coordination) -> None:
+    """A stricter limit is missed by certificates that were given for a laxer one."""
+    limits = TARGETS["predictions"]
+    _, held, _ = solve_verdicts(coordination.prediction_table, limits)
+    assert held.holds
+    _, missed, _ = solve_verdicts(coordination.prediction_table, {**limits, "kkt_error": 1e-12})
+    assert not missed.holds
+    assert "par2 healthy" in missed.worse
+    assert "1e-12" in missed.name
+
+
 def test_failed_task_is_no_reduction(coordination: Coordination) -> None:
     table = coordination.validation.assign(rmse_calibrated=np.nan)
     assert channel_reductions(table).reduction.isna().all()
@@ -463,6 +516,14 @@ def test_scalers_that_miss_the_plant_are_flagged(coordination: Coordination) -> 
     assert table.rows[0][-1] == "1.16", "published value beside it"
     quality = emg_quality(coordination)
     assert quality.rows[0][2:4] == ("simulated", "2 of 4")
+
+
+def test_coverage_is_that_of_the_kind(coordination: Coordination) -> None:
+    """One of the two identifiable fibres is missed, no strength is."""
+    table = score_table(coordination)
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    name = "of the identifiable, 90 % intervals that cover the plant [%]"
+    assert [row[name] for row in rows] == ["100.0", "50.0"]
 
 
 def test_reductions_stand_beside_the_published_ones(coordination: Coordination) -> None:
@@ -528,11 +589,94 @@ def test_settings_stand_by_stage(study: Study, coordination: Coordination) -> No
     solution = replace(first.solution, header={**first.solution.header, "settings": settings})
     changed = replace(coordination, predictions=[replace(first, solution=solution)])
     table = settings_table(replace(study, coordination=changed))
-    assert table.columns == ("setting", "tracking", "validation", "prediction")
+    assert table.columns == ("setting", "tracking", "calibration", "validation", "prediction")
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["time step [s]"] == ("0.04", "0.04", "0.04")
-    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "")
-    assert rows["weight strength exponent"] == ("", "", "1")
+    assert rows["time step [s]"] == ("0.04", "0.04", "0.04", "0.04")
+    assert rows["tracked point of the clavicle, from the sternum [m]"] == ("0.5", "0.5", "0.5", "")
+    assert rows["weight strength exponent"] == ("", "", "", "1")
+    assert rows["weight emg"] == ("", "2", "", "")
+
+
+def test_other_weights_of_calibration_are_said_where_there_are_any(study: Study) -> None:
+    weights = {"calibration": {"emg": 2, "activation": 1, "reaction_rate": 1e-6}}
+    weights["prediction"] = {"activation": 1, "reaction_rate": 1.5625e-8, "strength_exponent": 1}
+    found = other_objective(replace(study, config={"weights": weights}))
+    assert found == [
+        "reaction rate 1.5625e-08 instead of 1e-06",
+        "strength exponent 1 instead of 0",
+    ]
+    same = {**weights, "prediction": weights["calibration"]}
+    assert not other_objective(replace(study, config={"weights": same}))
+    generic = replace(study.coordination, predictions=[study.coordination.cases["par2"].generic])
+    assert not other_objective(replace(study, coordination=generic))
+
+
+def test_texts_name_settings_and_limits_as_they_are(files: ReportFiles, html: str) -> None:
+    assert "raw\nsignals of 2,000 Hz" in html
+    assert "band-pass 10 to 400 Hz, rectification, low-pass at 4 Hz" in html
+    assert "marked: worse by more than 5 %, or" in html
+    emg = files.config["emg"]
+    envelope = {**emg["envelope"], "band_low_hz": 20, "cutoff_hz": 6}
+    other = {**emg, "envelope": envelope, "simulation": {**emg["simulation"], "rate_hz": 1500}}
+    study = read_study(replace(files, config={**files.config, "emg": other}))
+    targets = {**study.targets, "validation": {"increase": 0.1}}
+    shown = page_template("scapulohumeral.report", "calibration/chapter.html.j2").render(
+        study=replace(study, targets=targets),
+        emg="simulated EMG",
+        calibration=calibration_chapter(study),
+        validation=validation_chapter(study),
+    )
+    assert "signals of 1,500 Hz" in shown
+    assert "band-pass 20 to 400 Hz, rectification, low-pass at 6 Hz" in shown
+    assert "marked: worse by more than 10 %, or" in shown
+
+
+def test_sensitivity_is_referred_to_only_where_it_changed_the_reaction_rate(
+    html: str, html_of_tables: str
+) -> None:
+    words = "says how much hangs on it"
+    assert (words in html, words in html_of_tables) == (False, True)
+    assert "The ladder of variants says how much" not in html_of_tables
+
+
+def test_targets_of_afterwards_are_marked_and_counted(html: str, study: Study) -> None:
+    summary = html.split('id="verdicts"')[1].split("</section>")[0]
+    count = len(re.findall(r"<strong>(?:holds|does not hold)</strong>", summary))
+    words = f"8 of the {count} were added, and 5 made stricter, after results were seen"
+    assert words in summary
+    assert summary.count("<em>(added after results were seen)</em>") == 8
+    assert summary.count("<em>(tightened after results were seen)</em>") == 5
+
+
+def test_grey_line_is_said_to_be_no_recording(study: Study, cases: Cases, html: str) -> None:
+    """The synthetic scapula is tracked with an error of three degrees, in one angle."""
+    note = tracked_note(study, cases)
+    assert "their upward rotations differ by up to 3.0 deg" in note
+    chapter = html.split('<h2 id="prediction">')[1].split("<h2")[0]
+    # In the caption and for readers of the screen, of two figures.
+    assert chapter.count("differ by up to 3.0 deg") == 4
+    assert tracked_note(study, replace(cases, participant="par3")) == ""
+
+
+def test_captions_say_where_panels_have_their_own_scales(html: str) -> None:
+    captions = re.findall(r"<figcaption>(.*?)</figcaption>", html, re.S)
+    own = [c.split('download="')[1].split('"')[0] for c in captions if "their own scales" in c]
+    assert {"scalers.csv", "task_par2_shelf_reaching.csv", "prediction_emg_par2.csv"} <= set(own)
+    (capacity,) = [caption for caption in captions if "partly lost" in caption]
+    assert "do not start at zero" in capacity
+
+
+def test_times_are_said_to_be_measured_beside_other_jobs(html: str) -> None:
+    (target,) = re.findall(r"<td>(predictions: time of a solve.*?)</td>", html)
+    (figure,) = re.findall(r"<figcaption>(Iterations and wall time.*?)<a", html, re.S)
+    captions = re.findall(r"<caption>(Every solve; .*?|Time and memory.*?)</caption>", html)
+    assert len(captions) == 2
+    assert all("beside other jobs" in text for text in (target, figure, *captions))
+
+
+def test_arms_that_do_not_fit_their_body_are_limits_by_name(html: str) -> None:
+    limits = html.split('<h2 id="limits">')[1]
+    assert "Masses of the arm do not fit the body (par2)" in limits
 
 
 def test_rhythm_table_has_published_values_in_brackets(
@@ -624,9 +768,10 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     predictions = read_predictions(files.predictions, files.prediction_summaries)
     chosen = {one.names["condition"]: one for one in predictions}
     rungs = {"published": "healthy", "alone_springs": "cuff_50", "upto_springs": "cuff_w2"}
+    healthy = {"condition": chosen["healthy"].summary["condition"]}
     climbed = [
-        replace(chosen[condition], summary={**chosen[condition].summary, "variant": rung})
-        for rung, condition in rungs.items()
+        replace(chosen[name], summary={**chosen[name].summary, **healthy, "variant": rung})
+        for rung, name in rungs.items()
     ]
     table = ladder_table(climbed)
     assert table.groupby("kind").step.unique().explode().to_dict() == {
@@ -636,7 +781,13 @@ def test_ladder_shows_every_rung_and_what_did_not_converge(coordination: Coordin
     }
     assert table[table.kind == "cumulative"].ur_peak_deg.isna().all()
     assert table[table.kind != "cumulative"].ur_peak_deg.notna().all()
-    assert "passive joints" in ladder_figure(table).svg
+    drawn = ladder_figure(table)
+    assert "passive joints" in drawn.svg
+    assert "authors' problem (solved here)" in drawn.svg
+    # Not that of the table reports/ladder.csv.
+    assert drawn.name != "ladder"
+    numbers = downloaded(drawn)
+    assert numbers.rung.tolist() == ["authors' problem (solved here)", "passive joints"]
     rows = ladder_rows(table)
     assert len(rows.rows) == 9
     assert {rows.rows[k][0] for k in rows.flagged} == {"upto_springs"}

@@ -112,6 +112,13 @@ def test_rows_say_answer_and_truth(table: pd.DataFrame) -> None:
     assert content["failed"] == 1
 
 
+def test_rows_are_counted_by_their_code_where_the_table_says_it(table: pd.DataFrame) -> None:
+    assert real_content(table)["codes"] == []
+    codes = ["a" * 64] * 3 + ["b" * 64] * (len(table) - 4) + [None]
+    found = real_content(table.assign(code=codes))["codes"]
+    assert found == [f"{len(table) - 4} by {'b' * 12}", f"3 by {'a' * 12}"]
+
+
 def test_section_is_drawn_with_and_without_cases(table: pd.DataFrame) -> None:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("scapulohumeral.report", "."),
@@ -123,6 +130,10 @@ def test_section_is_drawn_with_and_without_cases(table: pd.DataFrame) -> None:
     assert "1 of 3 [6 %, 79 %]" in html
     assert "load_shrug (marked)" in html
     assert html.count('class="flagged"') == 1
+    assert "was made because of these very" in html
+    assert "by the code of their time" not in html
+    coded = template.render(real=real_content(table.assign(code="a" * 64)))
+    assert f"Answers are by the code of their time: {len(table)} by aaaaaaaaaaaa." in coded
     nothing = real_content(pd.DataFrame())
     assert nothing is None
     assert "were not run" in template.render(real=nothing)

@@ -17,7 +17,7 @@ from places import REPOSITORY
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.effects.base import Setup
 from scapulohumeral.gap.effects.library import library
-from scapulohumeral.gap.result import to_json
+from scapulohumeral.gap.result import Share, Shrinkage, to_json
 from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report import study as study_module
 from scapulohumeral.report import targets
@@ -30,6 +30,7 @@ from scapulohumeral.report.study import ReportFiles, Study, read_study
 from scapulohumeral.report.tables import mass_judgement, masses, mean_errors
 from scapulohumeral.report.tracking import figures
 from scapulohumeral.report.tracking.gimbal import gimbal_lock, spike_sentence, spikes
+from scapulohumeral.templates import page_template
 
 pytestmark = pytest.mark.unit
 
@@ -343,10 +344,14 @@ def test_branch_is_the_one_of_the_reference() -> None:
 
 def test_diagnosis_becomes_a_chapter_with_its_doubts(html_of_one: str) -> None:
     chapter = html_of_one.split('<h2 id="gap">')[1].split("<h2")[0]
-    assert "yes: 7.2 (4.1)" in chapter
+    cells = ("yes", "0.002", "largest difference of any channel at any phase", "5.3 [4.4, 6.3]")
+    assert "".join(f"<td>{cell}</td>" for cell in cells) in chapter
     assert "body/strength_loss/infra (probability 71 %): f0_factor 0.55 [0.45, 0.66]" in chapter
     assert "GH_rz at 35 to 88 %" in chapter
-    assert "in sample: 86 %; on a new movement: none to remove" in chapter
+    removed = (
+        "in sample: 86 % [75 %, 92 %]; expected on a new movement, not measured: none to remove"
+    )
+    assert removed in chapter
     assert DOUBT in chapter
     assert "No blind cases have been scored" in chapter
     assert "Cases of known cause were not run" in chapter
@@ -362,6 +367,36 @@ def test_abstention_names_no_cause() -> None:
     assert table.flagged == {0}
     assert "not decided: no variant agrees" in table.rows[0]
     assert not any("strength_loss" in cell for cell in table.rows[0])
+    assert table.rows[0][-1].endswith("by the most probable cause, which is not named")
+
+
+def test_share_on_a_new_movement_is_expected_within_an_interval() -> None:
+    shares = Shrinkage(Share(0.79, None, 3), None, Share(0.97, (-0.06, 1.0), 3), ())
+    why = ("in_sample: of too few trials for an interval",)
+    answer = finished_diagnosis(shrinkage=shares, warnings=why, hashes=HASHES)
+    document = json.loads(to_json(answer))
+    assert gap_tables.verdict_table([document]).rows[0][-1] == (
+        "in sample: 79 %; expected on a new movement, not measured: 97 % [-6 %, 100 %]"
+    )
+
+
+@pytest.mark.parametrize(("code", "other"), [("c", False), ("d" * 64, True)])
+def test_scores_of_other_code_say_so(code: str, other: bool) -> None:
+    """The diagnosis is by code "c"."""
+    document = json.loads(to_json(finished_diagnosis(hashes=HASHES)))
+    rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
+    names = ("false_alarms", "detection", "family_top1", "class_top1")
+    scores = {**dict.fromkeys(names, rate), "set90": {"coverage": rate}, "cases": {"single": 2}}
+    scores["amplitude"] = {"relative_error": {"median": 0.3, "n": 2}}
+    card = {
+        "file": "card.json", "sealed": {"date": "2026-01-01", "hash": "h"}, "look": "first look",
+        "scored": {"cases": 2}, "answered": {"code": code}, "plants": {"P1": {"all": scores}},
+    }  # fmt: skip
+    study = SimpleNamespace(diagnoses=[document], blind_scores=[card], real_cases=pd.DataFrame())
+    template = page_template("scapulohumeral.report", "gap/chapter.html.j2")
+    text = template.render(gap=gap_chapter(study))
+    assert "The diagnoses above are by code <code>c</code>." in text
+    assert ("The scores below are of other code" in text) == other
 
 
 def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_case() -> None:
@@ -374,6 +409,10 @@ def test_score_card_shows_rates_with_their_intervals_and_says_where_there_is_no_
     assert rows["family right, most probable"][1] == "75 % [30 %, 95 %], 4 cases"
     assert rows["all effects that show: gap found"][1] == "no case"
     assert rows["time of a diagnosis, median [s]"][1] == "no case"
+    modes["all"] |= {"seconds": {"median": 168.4, "n": 4}}
+    [table] = gap_tables.score_tables({"plants": {"P1": modes}}).values()
+    rows = {row[0]: row for row in table.rows}
+    assert rows["time of a diagnosis, median [s]"][1] == "168 (4 cases)"
 
 
 def test_rates_of_draws_with_the_same_rules_are_told_together() -> None:
@@ -403,6 +442,7 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     scores["cases"] = {"single": 2}
     cards = [
         {
+            "file": f"{date}.json",
             "sealed": {"date": date},
             "look": "first look",
             "scored": {"cases": cases},
@@ -412,13 +452,14 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
         for date, cases in (("2026-01-01", 60), ("2026-02-01", 60), ("2026-03-01", 20))
     ]
     table = gap_tables.draw_table(cards)
-    assert [row[0] for row in table.rows] == ["2026-01-01", "2026-02-01", "2026-03-01"]
+    assert [row[0] for row in table.rows] == [f"2026-0{month}-01.json" for month in (1, 2, 3)]
+    assert [row[1] for row in table.rows] == ["2026-01-01", "2026-02-01", "2026-03-01"]
     row = dict(zip(table.columns, table.rows[0], strict=True))
     assert row["family right"] == "50 % [10 %, 90 %], 2 cases"
     assert row["there: class right"] == "not scored then"
     assert row["amplitude error, median"] == "0.3 (2 cases)"
     both = gap_tables.draw_table([cards[0] | {"plants": {"P2": {"all": scores}, "S": {}}}])
-    assert [row[1] for row in both.rows] == ["Persons simulated by OpenSim"]
+    assert [row[2] for row in both.rows] == ["Persons simulated by OpenSim"]
     # The newest of the largest is shown whole.
     study = SimpleNamespace(diagnoses=[], blind_scores=cards, real_cases=pd.DataFrame())
     assert gap_chapter(study)["card"] is cards[1]
@@ -426,7 +467,7 @@ def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
 
 def test_history_of_draws_is_made_from_the_committed_score_cards() -> None:
     files = sorted((REPOSITORY / "reports" / "blind_scores").glob("*.json"))
-    cards = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    cards = [{**json.loads(file.read_text("utf-8")), "file": file.name} for file in files]
     table = gap_tables.draw_table(cards)
     assert len(files) >= 15
     simulated = [
@@ -438,6 +479,9 @@ def test_history_of_draws_is_made_from_the_committed_score_cards() -> None:
     for (card, scores), cells in zip(simulated, table.rows, strict=True):
         row = dict(zip(table.columns, cells, strict=True))
         assert row["keys sealed"] == card["sealed"]["date"]
+        # What the Makefile and the report say of the names of cards.
+        own = row["card"] == f"{card['sealed']['date'].replace(':', '')}.json"
+        assert own == (card["sealed"]["date"] >= "2026-11-28")
         for name, rate in (
             ("false alarms", scores["false_alarms"]),
             ("class right", scores["class_top1"]),

@@ -43,7 +43,7 @@ def peers() -> dict:
     own = {
         "tracking_processor_seconds": 10.0, "tracking_iterations": 36,
         "limited_memory_processor_seconds": 120.0, "limited_memory_iterations": 600,
-        "limited_memory_seconds": None,
+        "limited_memory_seconds": None, "tracking_optimal": True,
     }  # fmt: skip
     ended = {"finished": True, "processor_seconds": 100.0}
     over = {"finished": False, "processor_seconds": 360.0, "message": "not finished in 360 s"}
@@ -91,6 +91,14 @@ def test_a_peer_that_gave_up_has_not_solved_it(peers):
     shown = peer_table(peers)
     assert shown.rows[2][5:] == ("Maximum_CpuTime_Exceeded", "> 3.0")
     assert shown.flagged == {1, 2, 3}
+
+
+def test_a_tracking_that_is_not_optimal_is_said_and_marked(peers):
+    assert peer_table(peers).rows[0][5] == "optimal"
+    peers["own"]["tracking_optimal"] = False
+    shown = peer_table(peers)
+    assert shown.rows[0][5] == "not optimal"
+    assert 0 in shown.flagged
 
 
 def test_opty_stands_by_number_of_muscles(peers):

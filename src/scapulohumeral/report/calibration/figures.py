@@ -19,6 +19,7 @@ CALIBRATED = "#0072b2"
 PAPER_PROBLEM = "#e69f00"
 PLANT = "#000000"
 PUBLISHED = "#009e73"
+FACTOR = "factor on the generic value [1]"
 
 
 def emg_quality(coordination: Coordination) -> Table:
@@ -106,7 +107,7 @@ def score_table(coordination: Coordination) -> Table:
                     _percent(entry["median_error"]),
                     _percent(entry["median_error_all"]),
                     _percent(entry["median_error_paper_problem"]),
-                    _percent(scores["coverage90"]),
+                    _percent(_coverage(document, kind)),
                     f"{document['activation_time']:.2f}, {document['deactivation_time']:.2f}",
                     document["status"],
                 )
@@ -114,10 +115,17 @@ def score_table(coordination: Coordination) -> Table:
     columns = (
         "participant", "scaler of", "identifiable groups", "median error over them [%]",
         "over all groups [%]", "paper's problem, identifiable groups [%]",
-        "90 % intervals that cover the plant [%]",
+        "of the identifiable, 90 % intervals that cover the plant [%]",
         "factors on activation and deactivation time", "refinement",
     )  # fmt: skip
     return Table(columns, rows)
+
+
+def _coverage(document: Mapping[str, Any], kind: str) -> float | None:
+    """Share of the 90 % intervals of identifiable scalers of a kind that hold the plant's."""
+    entries = [kinds[kind] for kinds in document["groups"].values()]
+    told = [bool(entry["covered"]) for entry in entries if entry["identifiable"]]
+    return sum(told) / len(told) if told else None
 
 
 def recovery_table(found: pd.DataFrame) -> Table:
@@ -166,12 +174,11 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
                 if participant == PREDICTED_PARTICIPANT and group in SCALERS:
                     _mark(axes, SCALERS[group][kind], position + 0.22, "^", PUBLISHED)
             axes.axvline(1.0, color="#bbbbbb", linewidth=1.0, zorder=0)
-            values = [document["groups"][group][kind]["value"] for group in groups]
-            drawing.keep(axes.get_title(loc="left"), "calibrated", groups, np.array(values))
+            _keep_scalers(drawing, axes, {g: document["groups"][g][kind] for g in groups})
     drawing.axes[0, 0].set_yticks(range(len(groups)), [g.replace("_", " ") for g in groups])
     drawing.axes[0, 0].set_ylim(len(groups) - 0.5, -0.5)
     for axes in drawing.axes[-1]:
-        axes.set_xlabel("factor on the generic value [1]")
+        axes.set_xlabel(FACTOR)
     drawing.legend(_scaler_entries())
     plant = "Black line: plant that made the simulated EMG. "
     return drawing.finish(
@@ -179,8 +186,23 @@ def scaler_figure(coordination: Coordination) -> Picture | None:
         f"Scalers calibrated to {coordination.emg_word}, with 90 % intervals; open circles: the "
         f"data do not identify this scaler. {plant if coordination.emg_word != 'EMG' else ''}"
         "Orange: estimate of the paper's problem, in which the scalers also pay for effort and for "
-        "their distance from one. Green: published, where printed.",
+        "their distance from one. Green: published, where printed. Panels have their own scales.",
     )
+
+
+def _keep_scalers(drawing: Drawing, axes: Axes, entries: Mapping[str, Mapping[str, Any]]) -> None:
+    """Numbers of a panel: scalers with the ends of their intervals, and what stands beside them."""
+    words = {"across": "muscle group", "along": FACTOR}
+    columns = {
+        "calibrated": [entry["value"] for entry in entries.values()],
+        "90 % interval, lower end": [entry["ci90"][0] for entry in entries.values()],
+        "90 % interval, upper end": [entry["ci90"][1] for entry in entries.values()],
+        "paper's problem": [entry["paper_problem"] for entry in entries.values()],
+    }
+    if any("plant" in entry for entry in entries.values()):
+        columns["plant"] = [entry.get("plant", np.nan) for entry in entries.values()]
+    for name, values in columns.items():
+        drawing.keep(axes.get_title(loc="left"), name, list(entries), np.array(values), **words)
 
 
 def _draw_scaler(axes: Axes, position: float, entry: Mapping[str, Any]) -> None:

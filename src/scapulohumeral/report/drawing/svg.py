@@ -67,13 +67,26 @@ class Picture:
     data_uri: str
 
 
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Numbers of a curve: `y` over `x`, and what the two are, where its axes do not say so."""
+
+    panel: str
+    curve: str
+    x: Sequence | np.ndarray
+    y: np.ndarray
+    axes: Axes | None = None
+    across: str = ""
+    along: str = ""
+
+
 class Drawing:
     """A figure that remembers every curve drawn into it. Use it under ``styled``."""
 
     def __init__(self, rows: int, columns: int, size: tuple[float, float], **shared: Any) -> None:
         self.figure = Figure(figsize=size, layout="constrained")
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **shared)
-        self._curves: list[pd.DataFrame] = []
+        self._curves: list[Kept] = []
 
     def panels(self, count: int) -> list[Axes]:
         """The first panels, row by row; the others are taken away."""
@@ -85,11 +98,26 @@ class Drawing:
     def curve(self, axes: Axes, curve: str, x: np.ndarray, y: np.ndarray, **line: Any) -> None:
         """Draw a curve and keep its numbers under the title of its panel."""
         axes.plot(x, y, **line)
-        self.keep(axes.get_title(loc="left"), curve, x, y)
+        self._curves.append(Kept(axes.get_title(loc="left"), curve, x, y, axes))
 
-    def keep(self, panel: str, curve: str, x: Sequence | np.ndarray, y: np.ndarray) -> None:
-        """Keep numbers that are drawn by other means."""
-        self._curves.append(pd.DataFrame({"curve": f"{panel} | {curve}", "x": x, "y": y}))
+    def keep(
+        self,
+        panel: str,
+        curve: str,
+        x: Sequence | np.ndarray,
+        y: np.ndarray,
+        *,
+        across: str = "",
+        along: str = "",
+    ) -> None:
+        """Keep numbers that are drawn by other means.
+
+        Parameters
+        ----------
+        x : numbers, or names of rows
+        across, along : what `x` and `y` are, with their units
+        """
+        self._curves.append(Kept(panel, curve, x, y, None, across, along))
 
     def legend(self, entries: Mapping[str, Mapping[str, Any]]) -> None:
         """One legend for all panels, above them, in as many rows as its labels need."""
@@ -113,11 +141,34 @@ class Drawing:
 
     def finish(self, name: str, caption: str) -> Picture:
         """SVG text and numbers of the figure."""
-        # One column per curve: the names of panel and curve in every row would fill megabytes.
-        table = pd.concat(self._curves).pivot(index="x", columns="curve", values="y")
-        numbers = table.to_csv(float_format="%.5g", lineterminator="\n")
+        numbers = self._numbers().to_csv(float_format="%.5g", lineterminator="\n")
         data = base64.b64encode(numbers.encode()).decode()
         return Picture(name, _svg(self.figure), caption, f"data:text/csv;base64,{data}")
+
+    def _numbers(self) -> pd.DataFrame:
+        """Numbers of all curves: names of rows in their order, other first columns ascending.
+
+        One column per curve: the names of panel and curve in every row would fill megabytes.
+        """
+        rows = []
+        for kept in self._curves:
+            along = kept.along or self._label(kept.axes, "y")
+            unit = f", {along}" if along and along != kept.panel else ""
+            name = f"{kept.panel} | {kept.curve}{unit}"
+            rows.append(pd.DataFrame({"curve": name, "x": kept.x, "y": kept.y}))
+        whole = pd.concat(rows)
+        table = whole.pivot(index="x", columns="curve", values="y")
+        if not pd.api.types.is_numeric_dtype(whole.x):
+            table = table.reindex(whole.x.unique())
+        across = dict.fromkeys(k.across or self._label(k.axes, "x") for k in self._curves)
+        return table.rename_axis(index=", ".join(filter(None, across)) or "x")
+
+    def _label(self, axes: Axes | None, side: str) -> str:
+        """Label of an axis; panels that share it have it once, and a figure may have it alone."""
+        if axes is None:
+            return ""
+        panels = [getattr(one, f"get_{side}label")() for one in (axes, *self.axes.flat)]
+        return next(filter(None, panels), getattr(self.figure, f"get_sup{side}label")())
 
 
 def _svg(figure: Figure) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -66,8 +67,15 @@ def real_content(table: pd.DataFrame) -> dict[str, Any] | None:
             {"case": row["case"], "texts": row["said"].split(AND)} for row in caused if row["said"]
         ],
         "sources": list(dict.fromkeys(row["source"] for row in rows)),
+        "codes": _codes(rows),
         "slowest_s": f"{max(row['seconds'] for row in rows):.0f}",
     }
+
+
+def _codes(rows: list[dict[str, Any]]) -> list[str]:
+    """How many rows are by which code, most first; nothing of a table that does not say."""
+    counted = Counter(row["code"] for row in rows if row.get("code"))
+    return [f"{count} by {code[:12]}" for code, count in counted.most_common()]
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from scapulohumeral.quantities.proportion import percent, wilson95
+from scapulohumeral.report.gap.words import TESTS
 from scapulohumeral.report.tables import Table
 
 SHOWN_CANDIDATES = 5
@@ -128,7 +129,7 @@ def verdict_table(diagnoses: Sequence[Mapping[str, Any]]) -> Table:
     rows = [
         (
             d["inputs"]["participant"],
-            _gap(d),
+            *_gap(d),
             _place(d["regions"]["enters"], "name"),
             _place(d["regions"]["shows"], "channel"),
             _cause(d),
@@ -139,7 +140,10 @@ def verdict_table(diagnoses: Sequence[Mapping[str, Any]]) -> Table:
     ]
     columns = (
         "participant",
-        "gap: statistic (threshold)",
+        "gap",
+        "p",
+        "by which test",
+        "size [sigma]",
         "where it enters",
         "where it shows",
         "most probable cause",
@@ -175,6 +179,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
         scores = card["plants"][plant]["all"]
         rows.append(
             (
+                card["file"],
                 card["sealed"]["date"],
                 PLANTS[plant],
                 card["look"],
@@ -186,6 +191,7 @@ def draw_table(cards: Sequence[Mapping[str, Any]]) -> Table:
             )
         )
     columns = (
+        "card",
         "keys sealed",
         "persons",
         "look",
@@ -255,7 +261,8 @@ def _score_table(modes: Mapping[str, Any]) -> Table:
     for text, path, target in SCORES:
         rows.append((text, *(_in_mode(m, path, _at(modes[m], path)) for m in names), target))
     for text, path, target in MEDIANS:
-        rows.append((text, *(_median(_at(modes[m], path)) for m in names), target))
+        said = _whole if path == ("seconds",) else _median
+        rows.append((text, *(said(_at(modes[m], path)) for m in names), target))
     for text, path, target in NUMBERS:
         rows.append((text, *(_number(_at(modes[m], path)) for m in names), target))
     return Table(("", *names, "bar"), rows)
@@ -286,6 +293,13 @@ def _median(spread: Mapping[str, Any] | None) -> str:
     return f"{spread['median']:.2g} ({spread['n']} cases)"
 
 
+def _whole(spread: Mapping[str, Any] | None) -> str:
+    """The same in whole units."""
+    if spread is None or spread["median"] is None:
+        return "no case"
+    return f"{spread['median']:.0f} ({spread['n']} cases)"
+
+
 def _number(value: float | None) -> str:
     return "no case" if value is None else f"{value:.2g}"
 
@@ -294,11 +308,15 @@ def _undecided(diagnosis: Mapping[str, Any]) -> bool:
     return diagnosis["status"] != "ok"
 
 
-def _gap(diagnosis: Mapping[str, Any]) -> str:
+def _gap(diagnosis: Mapping[str, Any]) -> tuple[str, str, str, str]:
+    """Is there a gap, its p value, the test that says so, and its size beyond the noise."""
     gap = diagnosis["gap"]
     if gap is None:
-        return f"no verdict: {diagnosis['status_reason']}"
-    return f"{'yes' if gap['present'] else 'no'}: {gap['value']:.3g} ({gap['threshold']:.3g})"
+        return f"no verdict: {diagnosis['status_reason']}", "", "", ""
+    size, interval = gap["size"]["value"], gap["size"]["ci95"]
+    ends = "" if interval is None else f" [{interval[0]:.2g}, {interval[1]:.2g}]"
+    test = TESTS.get(gap["statistic"], gap["statistic"])
+    return "yes" if gap["present"] else "no", f"{gap['p_value']:.2g}", test, f"{size:.2g}{ends}"
 
 
 def _place(regions: Sequence[Mapping[str, Any]], name: str) -> str:
@@ -335,8 +353,22 @@ def _shrinkage(diagnosis: Mapping[str, Any]) -> str:
     found = diagnosis["shrinkage"]
     if found is None:
         return "not asked for"
-    parts = []
-    for key, text in (("in_sample", "in sample"), ("new_task", "on a new movement")):
-        share = found[key]
-        parts.append(f"{text}: {'none to remove' if share is None else percent(share['value'])}")
+    # Of other trials than the fitted ones there are none: their share follows from the fit.
+    parts = [
+        f"{text}: {_removed(found[key])}"
+        for key, text in (
+            ("in_sample", "in sample"),
+            ("new_task", "expected on a new movement, not measured"),
+        )
+    ]
+    if diagnosis["status"] == "abstained":
+        parts.append("by the most probable cause, which is not named")
     return "; ".join(parts)
+
+
+def _removed(share: Mapping[str, Any] | None) -> str:
+    if share is None:
+        return "none to remove"
+    interval = share["ci95"]
+    ends = "" if interval is None else f" [{', '.join(map(percent, interval))}]"
+    return percent(share["value"]) + ends

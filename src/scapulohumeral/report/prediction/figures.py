@@ -38,6 +38,7 @@ PUBLISHED = {"linewidth": 0.9, "linestyle": (0, (4, 2)), "zorder": 3}
 BAND: dict[str, Any] = {"color": "#dfe9d8", "linewidth": 0.0, "zorder": 0}
 BAND_LABEL = "healthy shoulders, other studies"
 TRACKED_LABEL = "tracked motion"
+ELEVATION, UPWARD = "thoracohumeral elevation [deg]", "scapular upward rotation [deg]"
 PUBLISHED_LINES = {
     "healthy": ("published, healthy", {**PUBLISHED, "color": "#009e73"}),
     "rc_limited": ("published, cuff-limited", {**PUBLISHED, "color": "#cc79a7"}),
@@ -133,8 +134,11 @@ def shades(count: int) -> list[Any]:
     return [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.12, 0.95, count)]
 
 
-def prediction_kinematics(cases: Cases) -> Picture | None:
-    """Healthy against cuff-limited prediction (figure of the paper)."""
+def prediction_kinematics(cases: Cases, note: str = "") -> Picture | None:
+    """Healthy against cuff-limited prediction (figure of the paper).
+
+    ``note`` says in the caption what the tracked motion is.
+    """
     if cases.healthy is None:
         return None
     lines = [predicted(cases.healthy, "predicted, healthy", HEALTHY)]
@@ -147,7 +151,8 @@ def prediction_kinematics(cases: Cases) -> Picture | None:
         [*lines, *published(cases)],
         "Predicted motion of clavicle and scapula; only the humerus is tracked. Healthy: "
         f"{cases.healthy.condition.parameters} muscles"
-        + (f"; cuff-limited: {loss}" if cases.cuff is not None else "."),
+        + (f"; cuff-limited: {loss}" if cases.cuff is not None else ".")
+        + note,
     )
 
 
@@ -282,8 +287,8 @@ def _name_planes(drawing: Drawing, about: Prediction) -> None:
 
 
 @styled
-def upward_rotation_figure(cases: Cases) -> Picture | None:
-    """Upward rotation over elevation while the arm rises, a panel per plane."""
+def upward_rotation_figure(cases: Cases, note: str = "") -> Picture | None:
+    """Upward rotation over elevation while the arm rises, a panel per plane; `note` as above."""
     about = cases.healthy
     if about is None:
         return None
@@ -302,11 +307,10 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
             rise = rising_part(elevation)
             upward = curves.angles[part, UPWARD_ROTATION][rise]
             axes.plot(elevation[rise], upward, **curves.line)
-            drawing.keep(
-                f"{plane} plane", curves.label, *_at_whole_degrees(elevation[rise], upward)
-            )
-        axes.set_xlabel("thoracohumeral elevation [deg]")
-    drawing.axes[0, 0].set_ylabel("scapular upward rotation [deg]")
+            numbers = _at_whole_degrees(elevation[rise], upward)
+            drawing.keep(f"{plane} plane", curves.label, *numbers, across=ELEVATION, along=UPWARD)
+        axes.set_xlabel(ELEVATION)
+    drawing.axes[0, 0].set_ylabel(UPWARD)
     drawing.legend(
         {curves.label: curves.line for curves in lines}
         | {BAND_LABEL: {"color": BAND["color"], "linewidth": 7.0}}
@@ -315,7 +319,7 @@ def upward_rotation_figure(cases: Cases) -> Picture | None:
         f"upward_rotation_{cases.participant}",
         f"Participant {cases.participant}: upward rotation of the scapula over elevation of "
         "the arm, rise only. The rhythm is the slope: on a line of rhythm r, upward rotation grows "
-        f"by 1 deg per r + 1 deg of elevation. Green band: {CITATION}."
+        f"by 1 deg per r + 1 deg of elevation.{note} Green band: {CITATION}."
         + (" Published curves belong to another motion of the arm." if published(cases) else ""),
     )
 
@@ -382,7 +386,8 @@ def prediction_excitations(
     return drawing.finish(
         f"prediction_emg_{cases.participant}",
         f"Participant {cases.participant}: excitation predicted for each channel (mean of its "
-        f"elements) and {coordination.emg_word} of the same elevations. "
+        f"elements) and {coordination.emg_word} of the same elevations. Panels have their own "
+        "scales. "
         "No EMG is defined in the pauses (grey). It belongs to the healthy shoulder with the "
         "tracked scapula; in a prediction the scapula moves differently.",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from scapulohumeral.report.tables import Table
+from scapulohumeral.report.tables import Table, cell_in_words
 
 VARIANTS, CONDITIONS = ("study_arm", "published"), ("healthy", "cuff_w10")
 NAMES = {
@@ -39,8 +39,9 @@ def girdle_errors(published: pd.DataFrame) -> pd.DataFrame:
 def girdle_table(published: pd.DataFrame) -> Table:
     """The same as text; no rows without predictions on the published arm."""
     errors = girdle_errors(published)
+    of_rows = ("variant", "condition", "plane")
     rows = [
-        (*map(str, names), *("" if np.isnan(x) else f"{x:.1f}" for x in row))
+        (*map(cell_in_words, of_rows, names), *("" if np.isnan(x) else f"{x:.1f}" for x in row))
         for names, row in zip(errors.index, errors.to_numpy(), strict=True)
     ]
-    return Table(("variant", "condition", "plane", *NAMES.values()), rows)
+    return Table((*of_rows, *NAMES.values()), rows)

@@ -13,20 +13,18 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from scapulohumeral.quantities.published_distance import ANGLES, LEVELS_DEG, at_level
-from scapulohumeral.quantities.rhythm import range_rhythm, rising_part
-from scapulohumeral.quantities.segment_angles import (
-    ELEVATION_COLUMN,
-    UPWARD_ROTATION_COLUMN,
-    thorax_angles,
-)
+from scapulohumeral.quantities.prediction_rows import rise_quantities
+from scapulohumeral.quantities.published_distance import LEVELS_DEG
+from scapulohumeral.quantities.segment_angles import thorax_angles
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import Table, solves
 from scapulohumeral.report.words import step_in_words
 from scapulohumeral.stages.distances.against import Predicted
 
-WHOLE_RISE = "start-90"
+# Elevations of the arm at which the clavicle is told: nearly hanging, and high [deg].
+CLAVICLE_LEVELS_DEG = (15.0, 70.0)
 NAMES = ("rung", "step", "kind", "condition", "plane", "status")
+UPWARD = "upward rotation [deg]"
 KINDS = {"alone_": "alone", "upto_": "cumulative"}
 
 
@@ -56,21 +54,9 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
     for plane, (first, stop) in one.summary["planes"].items():
         row = {**about, "plane": plane}
         if one.solved:
-            part = angles[first:stop]
-            rise = rising_part(part[:, ELEVATION_COLUMN])
+            part = angles[first:stop], force[first:stop]
+            row |= rise_quantities(*part, "N", LEVELS_DEG, CLAVICLE_LEVELS_DEG)
             row |= {
-                f"ur_{level:g}_deg": at_level(part, UPWARD_ROTATION_COLUMN, level)
-                for level in LEVELS_DEG
-            }
-            row |= {
-                "ur_peak_deg": float(part[:, UPWARD_ROTATION_COLUMN].max()),
-                "clavicle_15_deg": at_level(part, ANGLES["clavicle_elevation"], 15.0),
-                "clavicle_70_deg": at_level(part, ANGLES["clavicle_elevation"], 70.0),
-                "rhythm": range_rhythm(
-                    part[rise, ELEVATION_COLUMN], part[rise, UPWARD_ROTATION_COLUMN]
-                )[WHOLE_RISE],
-                "gh_force_start_N": float(force[first:stop][rise.start]),
-                "gh_force_peak_N": float(force[first:stop].max()),
                 "effort": one.summary["terms"]["activation"],
                 "objective": one.summary["objective"],
                 "stop_moment_median_Nm": one.summary["stop_moment_median_Nm"],
@@ -80,24 +66,28 @@ def _rows(one: Predicted) -> Iterator[dict[str, Any]]:
 
 @styled
 def ladder_figure(table: pd.DataFrame) -> Picture:
-    """Upward rotation of each rung at fixed elevations of the arm, a panel per plane and kind."""
-    planes = list(dict.fromkeys(table.plane))
-    drawing = Drawing(len(planes), 2, (11.5, 1.0 + 2.6 * len(planes)))
+    """Upward rotation of each rung at fixed elevations of the arm.
+
+    A row of panels per condition and plane, a column per kind of rung.
+    """
+    shown = list(dict.fromkeys(zip(table.condition, table.plane, strict=True)))
+    drawing = Drawing(len(shown), 2, (11.5, 1.0 + 2.6 * len(shown)))
     colours = [mpl.colormaps["viridis_r"](x) for x in np.linspace(0.15, 0.95, len(LEVELS_DEG))]
     lines = {
         f"arm at {level:g} deg": {"color": colour, "marker": "o", "linestyle": "none"}
         for level, colour in zip(LEVELS_DEG, colours, strict=True)
     }
-    for row, plane in zip(drawing.axes, planes, strict=True):
+    for row, (condition, plane) in zip(drawing.axes, shown, strict=True):
+        there = table[(table.condition == condition) & (table.plane == plane)]
         for panel, kind in zip(row, ("alone", "cumulative"), strict=True):
-            part = table[(table.plane == plane) & table.kind.isin(["start", kind])]
-            panel.set_title(f"{plane} plane, {kind}", loc="left")
+            part = there[there.kind.isin(["start", kind])]
+            panel.set_title(f"{condition}, {plane} plane, {kind}", loc="left")
             _draw_rungs(drawing, panel, part, lines)
     for panel in drawing.axes[-1]:
-        panel.set_xlabel("upward rotation [deg]")
+        panel.set_xlabel(UPWARD)
     drawing.legend(lines)
     return drawing.finish(
-        "ladder",
+        "ladder_steps",
         "Upward rotation of the predicted scapula while the arm rises. First row of each panel: "
         "the authors' problem, continued by thin lines; below it one choice at a time taken back "
         "to the study's own (left), or all choices up to it (right). Rungs without marks did not "
@@ -108,31 +98,45 @@ def ladder_figure(table: pd.DataFrame) -> Picture:
 def _draw_rungs(
     drawing: Drawing, panel: Axes, part: pd.DataFrame, lines: Mapping[str, Any]
 ) -> None:
-    places = np.arange(len(part), dtype=float)
+    places, names = np.arange(len(part), dtype=float), list(map(step_in_words, part.step))
     for (label, line), level in zip(lines.items(), LEVELS_DEG, strict=True):
         values = part.get(f"ur_{level:g}_deg", pd.Series(np.nan, index=part.index)).to_numpy()
         panel.plot(values, places, markersize=4, **line)
         panel.axvline(values[0], color=line["color"], linewidth=0.6, alpha=0.6)
-        drawing.keep(panel.get_title(loc="left"), label, places, values)
-    panel.set_yticks(places, [step_in_words(step) for step in part.step], fontsize=7)
+        title = panel.get_title(loc="left")
+        drawing.keep(title, label, names, values, across="rung", along=UPWARD)
+    panel.set_yticks(places, names, fontsize=7)
     panel.invert_yaxis()
 
 
 def ladder_moves(table: pd.DataFrame) -> Table:
     """How far each choice moves the scapula, alone and on the way; marked: a rung did not converge.
 
-    Mean change of upward rotation over the fixed elevations that both rungs reach, by plane: alone
-    from the start, on the way from the last rung before that converged. Empty: no such rung.
+    Mean change of upward rotation over the fixed elevations that both rungs reach, by condition and
+    plane: alone from the start, on the way from the last rung before that converged. Empty: no such
+    rung.
     """
+    planes = list(dict.fromkeys(table.plane))
+    moves = [
+        ((str(condition), *cells), converged)
+        for condition, rungs in table.groupby("condition", sort=False)
+        for cells, converged in _moves(rungs, planes)
+    ]
+    columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
+    flagged = frozenset(row for row, (_, converged) in enumerate(moves) if not converged)
+    rows = [cells for cells, _ in moves]
+    return Table(("condition", "choice taken back", *columns), rows, flagged)
+
+
+def _moves(table: pd.DataFrame, planes: Sequence[str]) -> Iterator[tuple[tuple[str, ...], bool]]:
+    """Cells of each choice of one condition, and whether its rungs converged."""
     levels = [f"ur_{level:g}_deg" for level in LEVELS_DEG]
     upward = {
         (row["kind"], row["step"], row["plane"]): np.array([row.get(key, np.nan) for key in levels])
         for row in table.to_dict("records")
     }
-    planes = list(dict.fromkeys(table.plane))
     start = {plane: value for (kind, _, plane), value in upward.items() if kind == "start"}
     before, missing = dict(start), np.full(len(levels), np.nan)
-    rows, flagged = [], set()
     solved = dict(
         zip(zip(table.kind, table.step, strict=True), table.status == "optimal", strict=True)
     )
@@ -144,11 +148,9 @@ def ladder_moves(table: pd.DataFrame) -> Table:
         changes = [_change(alone[plane], start[plane]) for plane in planes]
         changes += [_change(way[plane], before[plane]) for plane in planes]
         before |= {plane: value for plane, value in way.items() if np.isfinite(value).any()}
-        if not (solved.get(("alone", step), True) and solved["cumulative", step]):
-            flagged.add(row)
-        rows.append((step_in_words(step), *("" if np.isnan(c) else f"{c:+.1f}" for c in changes)))
-    columns = [f"{word}, {plane} [deg]" for word in ("alone", "on the way") for plane in planes]
-    return Table(("choice taken back", *columns), rows, frozenset(flagged))
+        converged = solved.get(("alone", step), True) and solved["cumulative", step]
+        cells = ("" if np.isnan(c) else f"{c:+.1f}" for c in changes)
+        yield (step_in_words(step), *cells), bool(converged)
 
 
 def _change(after: np.ndarray, before: np.ndarray) -> float:

@@ -26,6 +26,7 @@ from scapulohumeral.quantities.segment_angles import (
 )
 from scapulohumeral.report.study import Study
 from scapulohumeral.report.tables import Table
+from scapulohumeral.report.words import variant_in_words
 from scapulohumeral.stages.distances.against import FORCE_LEVELS_DEG
 
 MM = 1e3
@@ -232,7 +233,7 @@ def _force_row(row: Mapping[Any, Any], known: pd.DataFrame) -> tuple[str, ...]:
         away = f"{(levels[-1] - one.mean_bw) / one.sd_bw:+.1f}" if reached else "arm too low"
     return (
         row["participant"],
-        row["variant"],
+        variant_in_words(row["variant"]),
         row["plane"],
         f"{row['arm_peak_deg']:.0f}",
         *("" if np.isnan(x) else f"{x:.1f}" for x in (row["gh_force_rest_bw"], *levels)),

@@ -116,8 +116,9 @@ def _draw_path(drawing: Drawing, axes: Axes, prediction: Prediction, reach: floa
         axes.plot(posterior, superior, color=colour, linewidth=0.8, marker="o", markersize=1.8)
         panel = axes.get_title(loc="left")
         times = prediction.solution.time_s[nodes]
-        drawing.keep(panel, f"{plane}, superior", times, superior)
-        drawing.keep(panel, f"{plane}, posterior", times, posterior)
+        for side, values in (("superior", superior), ("posterior", posterior)):
+            words = {"across": "time [s]", "along": "shear over compression [1]"}
+            drawing.keep(panel, f"{plane}, {side}", times, values, **words)
     # From lateral the front of a right shoulder is on the right.
     axes.set_xlim(reach, -reach)
     axes.set_ylim(-reach, reach)
@@ -183,7 +184,8 @@ def capacity_figure(cases: Cases) -> Picture | None:
         f"Participant {cases.participant}: force of supraspinatus and infraspinatus partly lost, "
         f"w_GH {cases.graded[0].condition.w_gh:g}; right of it other losses: "
         + ("; ".join(map(condition_label, cases.isolated)) or "none")
-        + ". No line: the rhythm is no number, because the scapula hardly turns upward.",
+        + ". No line: the rhythm is no number, because the scapula hardly turns upward. Panels "
+        "have their own scales, which do not start at zero.",
     )
 
 
@@ -197,7 +199,8 @@ def _draw_by_plane(
         axes.plot(positions[:joined], values[:joined], "-o", color=colour, markersize=4)
         axes.plot(positions[joined:], values[joined:], "D", color=colour, markersize=4)
         labels = [condition_label(p) for p in shown]
-        drawing.keep(axes.get_title(loc="left"), f"{plane} plane", labels, values)
+        title = axes.get_title(loc="left")
+        drawing.keep(title, f"{plane} plane", labels, values, across="shoulder")
 
 
 def quantities(prediction: Prediction) -> dict[str, dict[str, float]]:

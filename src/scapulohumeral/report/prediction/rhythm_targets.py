@@ -10,13 +10,13 @@ import pandas as pd
 
 from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import RHYTHM as OF_PEOPLE
+from scapulohumeral.quantities.prediction_rows import WHOLE_RISE
 from scapulohumeral.report.tables import named_rows
 from scapulohumeral.report.targets import Verdict
 
 CELLS = 24
 # Names of the printed shoulders by predicted condition.
 PRINTED = {"healthy": "healthy", "cuff_w10": "rc_limited"}
-WHOLE_RISE = "start-90"
 NOTHING = "no prediction"
 
 

@@ -11,23 +11,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from scipy import constants
 
 from scapulohumeral.problems.sensitivity import BASE, Case
-from scapulohumeral.quantities.published_distance import ANGLES, at_level
-from scapulohumeral.quantities.rhythm import range_rhythm, rising_part
-from scapulohumeral.quantities.segment_angles import (
-    ELEVATION_COLUMN,
-    UPWARD_ROTATION_COLUMN,
-    thorax_angles,
-)
+from scapulohumeral.quantities.prediction_rows import percent_body_weight, rise_quantities
+from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import Table, solves
 from scapulohumeral.stages.distances.against import Predicted
 
 # Elevations of the rising arm at which upward rotation is compared [deg].
 LEVELS_DEG = (15.0, 45.0, 70.0)
-WHOLE_RISE = "start-90"
+# The same for the elevation of the clavicle.
+CLAVICLE_LEVELS_DEG = (45.0,)
 # What the tornado shows, and what each panel is called.
 SHOWN = {
     **{f"ur_{level:g}_deg": f"upward rotation at {level:g} deg [deg]" for level in LEVELS_DEG},
@@ -70,26 +65,11 @@ def _numbers(one: Predicted) -> Iterator[tuple[str, dict[str, Any]]]:
     """Quantities of each plane; `upward_rotation` over the elevation at equal parts of its time."""
     angles = thorax_angles(one.solution.pose)
     newtons = np.linalg.norm(one.solution.reaction_N, axis=1)
-    share = 100.0 * newtons / (one.summary["body_mass_kg"] * constants.g)
+    force = percent_body_weight(newtons, one.summary["body_mass_kg"])
     for plane, (first, stop) in one.summary["planes"].items():
-        part, force = angles[first:stop], share[first:stop]
-        rise = rising_part(part[:, ELEVATION_COLUMN])
-        upward = part[:, UPWARD_ROTATION_COLUMN]
-        yield (
-            plane,
-            {
-                "upward_rotation": upward,
-                **{
-                    f"ur_{level:g}_deg": at_level(part, UPWARD_ROTATION_COLUMN, level)
-                    for level in LEVELS_DEG
-                },
-                "ur_peak_deg": float(upward.max()),
-                "clavicle_45_deg": at_level(part, ANGLES["clavicle_elevation"], 45.0),
-                "rhythm": range_rhythm(part[rise, ELEVATION_COLUMN], upward[rise])[WHOLE_RISE],
-                "gh_force_start_bw": float(force[rise.start]),
-                "gh_force_peak_bw": float(force.max()),
-            },
-        )
+        part = angles[first:stop]
+        numbers = rise_quantities(part, force[first:stop], "bw", LEVELS_DEG, CLAVICLE_LEVELS_DEG)
+        yield plane, {"upward_rotation": part[:, UPWARD_ROTATION_COLUMN], **numbers}
 
 
 def _difference(curve: np.ndarray, base: np.ndarray | None) -> dict[str, float]:
@@ -147,7 +127,8 @@ def _draw_bars(
         changes = np.array([values.get(f"{name}_{word}", np.nan) for name in order])
         changes = changes - values.get(BASE, np.nan)
         panel.barh(places, changes, height=0.7, alpha=0.75, color=BAR_COLOURS[side])
-        drawing.keep(panel.get_title(loc="left"), f"weight {word}", list(order), changes)
+        title, bars = panel.get_title(loc="left"), f"weight {word}"
+        drawing.keep(title, bars, list(order), changes, across="weight", along="change")
     panel.axvline(0.0, color="#555555", linewidth=0.8)
     panel.set_yticks(places, [name.replace("_", " ") for name in order])
     panel.set_xlabel("change")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.model.published_arm import PUBLISHED_PLANES
 from scapulohumeral.quantities.paper import ORTHOLOAD_BW
 from scapulohumeral.report.prediction.judged import Judged
@@ -21,11 +22,11 @@ from scapulohumeral.report.prediction.rhythm_targets import (
     cells_that_agree,
     rhythm_verdicts,
 )
-from scapulohumeral.report.tables import Table
+from scapulohumeral.report.tables import Table, cell_in_words
 from scapulohumeral.report.targets import Verdict
-from scapulohumeral.report.words import in_words
+from scapulohumeral.report.words import in_words, variant_in_words
 from scapulohumeral.stages.distances import daily_tasks
-from scapulohumeral.stages.distances.against import FORCE_LEVELS_DEG
+from scapulohumeral.stages.distances.against import FALL_LEVEL_DEG, FORCE_LEVELS_DEG
 
 # What "in every plane" and "in every task" of the limits are. A limit that less was asked for than
 # this is missed.
@@ -118,12 +119,33 @@ def published_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterat
         name = f"authors' problem, cuff lost: fall of peak upward rotation, {plane} plane"
         yield _near(name, _of(part, plane=plane), fall, limits["peak_fall_tolerance_deg"])
     yield _generic_clavicle(limits, rows)
-    level = f"at {limits['graded_elevation_deg']:g} deg"
+    level = fall_level(limits)
     for condition, falls in limits["graded_fall_deg"].items():
         part = _of(rows, quantity="upward_rotation_fall_deg", phase=level, condition=condition)
         for plane, fall in falls.items():
             name = f"authors' problem, {condition}: fall of upward rotation {level}, {plane} plane"
             yield _near(name, _of(part, plane=plane), fall, limits["graded_fall_tolerance_deg"])
+
+
+def fall_level(limits: Mapping[str, Any]) -> str:
+    """Elevation of the arm that falls of upward rotation are told at, in words of the tables.
+
+    Parameters
+    ----------
+    limits : section ``against_published`` of config/targets.yaml
+
+    Raises
+    ------
+    ConfigError                      the tables tell them at another elevation
+    """
+    asked = limits["graded_elevation_deg"]
+    if asked != FALL_LEVEL_DEG:
+        raise ConfigError(
+            f"config/targets.yaml: against_published.graded_elevation_deg is {asked:g}, but falls "
+            f"of upward rotation are tabulated at {FALL_LEVEL_DEG:g} deg. Change FALL_LEVEL_DEG in "
+            f"scapulohumeral.stages.distances.against too, or write {FALL_LEVEL_DEG:g}"
+        )
+    return f"at {asked:g} deg"
 
 
 def force_verdicts(limits: Mapping[str, Any], table: pd.DataFrame) -> Iterator[Verdict]:
@@ -173,19 +195,21 @@ def cuff_effects(judged: Judged) -> Table:
     Marked: a prediction is missing.
     """
     limits = judged.targets["cuff_effect"]
+    level = fall_level(judged.targets["against_published"])
     rows: list[tuple[str, ...]] = []
     flagged: set[int] = set()
     for variant in map(ON_PUBLISHED_ARM.__getitem__, limits["variants"]):
         for healthy, cuff in limits["pairs"]:
             kind = "fall_deg" if healthy == "healthy" else "fall_equal_weight_deg"
-            names = {"variant": variant, "condition": cuff, "phase": "at 70 deg"}
+            names = {"variant": variant, "condition": cuff, "phase": level}
             part = _of(judged.published, **names, quantity=f"upward_rotation_{kind}")
             pairs = zip(part.get("plane", ()), part.get("reproduced", ()), strict=True)
             falls = {plane: f"{value:+.1f}" for plane, value in pairs}
             if part.empty:
                 flagged.add(len(rows))
             cells = (falls.get(plane, NOTHING) for plane in PLANES)
-            rows.append((variant, f"{cuff} against {healthy}", *cells))
+            shoulders = f"{cuff} against {healthy}"
+            rows.append((variant_in_words(variant), shoulders, *cells))
     columns = ("variant", "shoulders", *(f"{plane} plane [deg]" for plane in PLANES))
     return Table(columns, rows, frozenset(flagged))
 
@@ -199,7 +223,10 @@ def uncertified_solves(limits: Mapping[str, Any], table: pd.DataFrame) -> Verdic
         return Verdict(name, NOTHING, target, holds=False)
     solves = solved.drop_duplicates(["variant", "participant", "condition"])
     missed = solves[~solves.certified.astype(bool)]
-    worse = tuple(f"{row.variant} {row.participant} {row.condition}" for row in missed.itertuples())
+    worse = tuple(
+        f"{variant_in_words(str(row.variant))} {row.participant} {row.condition}"
+        for row in missed.itertuples()
+    )
     value = f"{len(worse)} of {len(solves)}"
     return Verdict(name, value, target, len(worse) <= limits["uncertified"], worse)
 
@@ -347,7 +374,10 @@ def distance_table(judged: Judged) -> Table:
     }
     names = ("participant", "variant", "condition", "plane", "status")
     rows = [
-        (*(str(row[name]) for name in names), *(_number(row.get(column)) for column in columns))
+        (
+            *(cell_in_words(name, row[name]) for name in names),
+            *(_number(row.get(column)) for column in columns),
+        )
         for row in judged.recording.to_dict("records")
     ]
     flagged = frozenset(k for k, row in enumerate(rows) if row[4] != "optimal")
@@ -394,7 +424,7 @@ def published_table(judged: Judged, conditions: tuple[str, ...]) -> Table:
     names = ("variant", "condition", "plane", "phase", "quantity")
     rows = [
         (
-            *(str(row[name]) for name in names[:-1]),
+            *(cell_in_words(name, row[name]) for name in names[:-1]),
             in_words(str(row["quantity"])),
             *(_number(row[kind]) for kind in ("published", "reproduced")),
             _number(row["reproduced"] - row["published"]),

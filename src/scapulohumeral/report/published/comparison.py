@@ -77,6 +77,7 @@ def comparison(study: Study, coordination: Coordination) -> Table:
 def recovered(coordination: Coordination) -> Table:
     """Published numbers that simulated EMG was made with, and what calibration finds of them.
 
+    Fibres that the model has shortened itself are another number in the plant; its rows say so.
     No rows with measured EMG, which knows nothing of them.
     """
     rows = _emg_rows(coordination) if coordination.emg_word != "EMG" else []

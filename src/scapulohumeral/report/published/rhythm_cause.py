@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.quantities.prediction_rows import WHOLE_RISE
 from scapulohumeral.report.words import step_in_words
 
 # As for cells of the printed table: closer than this is no difference [1].
 SAME_SHARE = 0.2
-WHOLE_RISE = "start-90"
 
 
 @dataclass(frozen=True)

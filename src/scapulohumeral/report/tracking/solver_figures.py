@@ -9,6 +9,7 @@ from scapulohumeral.report.drawing.curves import passes_gimbal_lock
 from scapulohumeral.report.drawing.svg import COLOURS, LABELS, Drawing, Picture, styled
 from scapulohumeral.report.study import Study, TrialRuns
 from scapulohumeral.report.tracking.figures import run_label, run_line
+from scapulohumeral.report.words import BESIDE_OTHERS
 
 # Rows of the two formulations are set apart, so that equal values do not hide each other.
 ROW_SHIFT = {"quaternion": -0.14, "euler": 0.14}
@@ -36,7 +37,8 @@ def performance_figure(study: Study) -> Picture:
             axes.scatter(
                 values, places, s=42, facecolors=faces, edgecolors=COLOURS[formulation], zorder=3
             )
-            drawing.keep(label, LABELS[formulation], [labels[i] for i in rows], values)
+            names = [labels[i] for i in rows]
+            drawing.keep(label, LABELS[formulation], names, values, across="recording")
         axes.set_xlim(left=0.0)
         axes.set_xlabel(label)
     drawing.axes[0, 0].set_yticks(range(len(labels)), labels)
@@ -49,7 +51,7 @@ def performance_figure(study: Study) -> Picture:
     return drawing.finish(
         "performance",
         "Iterations and wall time of each solve, all phases together. * marks recordings that come "
-        "close to gimbal lock of the glenohumeral sequence Y-Z-Y.",
+        f"close to gimbal lock of the glenohumeral sequence Y-Z-Y. Times {BESIDE_OTHERS}.",
     )
 
 

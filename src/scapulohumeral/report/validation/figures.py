@@ -82,6 +82,7 @@ def error_figure(coordination: Coordination) -> Picture:
     columns = min(4, len(trials))
     rows = -(-len(trials) // columns)
     size = (3.0 * columns + 1.6, 2.9 * rows + 0.5)
+    error = f"root mean square of excitation minus {coordination.emg_word} [1]"
     drawing = Drawing(rows, columns, size, sharex="all", sharey="all")
     for axes, (participant, task) in zip(drawing.panels(len(trials)), trials, strict=True):
         part = table[(table.participant == participant) & (table.task == task)]
@@ -92,11 +93,12 @@ def error_figure(coordination: Coordination) -> Picture:
         for label, line in LINES.items():
             values = part[f"rmse_{label}"].to_numpy()
             axes.plot(values, positions, "o", color=line["color"], markersize=4.5)
-            drawing.keep(axes.get_title(loc="left"), label, names, values)
+            title = axes.get_title(loc="left")
+            drawing.keep(title, label, names, values, across="channel", along=error)
         axes.set_yticks(positions, [name.replace("_", " ") for name in names])
     drawing.axes[0, 0].set_ylim(len(names) - 0.5, -0.5)
     drawing.axes[0, 0].set_xlim(left=0.0)
-    drawing.figure.supxlabel(f"root mean square of excitation minus {coordination.emg_word} [1]")
+    drawing.figure.supxlabel(error)
     marker = {"linestyle": "none", "marker": "o"}
     drawing.legend({k: {"color": line["color"], **marker} for k, line in LINES.items()})
     return drawing.finish(
@@ -135,7 +137,8 @@ def task_figure(coordination: Coordination, participant: str, task: str) -> Pict
         f"task_{participant}_{task}",
         f"Participant {participant}, {task.replace('_', ' ')}: {coordination.emg_word} and the "
         "excitations with generic and with calibrated muscles (mean over the elements of each "
-        "channel)." + "".join(f" Not converged and not drawn: {name} muscles." for name in missing),
+        "channel). Panels have their own scales."
+        + "".join(f" Not converged and not drawn: {name} muscles." for name in missing),
     )
 
 

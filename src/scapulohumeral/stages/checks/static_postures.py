@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import constants
 
 from scapulohumeral.errors import SolveError
 from scapulohumeral.model.record import ModelRecord
@@ -29,6 +28,7 @@ from scapulohumeral.problems.static_posture import Posture, StaticSolution, stat
 from scapulohumeral.quantities.joint_loading import glenohumeral_load
 from scapulohumeral.quantities.muscle_groups import most_changed
 from scapulohumeral.quantities.population import POSTERIOR_TILT, UPWARD_ROTATION
+from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
 from scapulohumeral.quantities.rhythm import node_near
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles
@@ -116,9 +116,9 @@ def _row(posture: Posture, pose: Array, record: ModelRecord, held_by: float) -> 
         **_angles("recorded", pose),
         **_angles("free", free.pose),
         **costs,
-        "least_force_bw": 100.0
-        * least_joint_force(posture, held.pose)
-        / (record.body_mass_kg * constants.g),
+        "least_force_bw": percent_body_weight(
+            least_joint_force(posture, held.pose), record.body_mass_kg
+        ),
         "paying": _paying(posture, free, held, record),
         "status": "optimal",
     }

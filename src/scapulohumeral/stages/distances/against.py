@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from scipy import constants
 
 from scapulohumeral.model.motion import read_motion
 from scapulohumeral.model.muscle_paths.pose_region import Region, recorded_poses
@@ -30,6 +29,7 @@ from scapulohumeral.model.published_arm import (
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.fit_region import outside_region
+from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.quantities.published_distance import (
     ANGLES,
     PUBLISHED_OF,
@@ -153,7 +153,7 @@ def _joint_force(one: Predicted, nodes: slice, rest_below_deg: float) -> dict[st
     elevation = angles[:, ELEVATION_COLUMN]
     rise = rising_part(elevation)
     newtons = np.linalg.norm(one.solution.reaction_N[nodes], axis=1)
-    share = 100.0 * newtons / (one.summary["body_mass_kg"] * constants.g)
+    share = percent_body_weight(newtons, one.summary["body_mass_kg"])
     with_force = np.column_stack([angles, share])
     return {
         "gh_force_rest_bw": float(share[rise][elevation[rise] <= rest_below_deg].mean()),

@@ -205,10 +205,11 @@ def test_the_overlay_says_what_is_subtracted_from_what(there, referenced, words,
     coded = drawn.data_uri.partition("base64,")[2]
     numbers = pd.read_csv(io.BytesIO(base64.b64decode(coded)))
     panel = f"b, {NAMES[CHANNEL]}"
-    np.testing.assert_allclose(numbers[f"{panel} | {words}"], FUNCTIONS @ (2.0 * SHAPE), rtol=1e-4)
-    assert not numbers[f"{panel} | no effect"].any()
+    shown = numbers[f"{panel} | {words}, deg"]
+    np.testing.assert_allclose(shown, FUNCTIONS @ (2.0 * SHAPE), rtol=1e-4)
+    assert not numbers[f"{panel} | no effect, deg"].any()
     np.testing.assert_allclose(
-        numbers[f"{panel} | most probable effect"],
+        numbers[f"{panel} | most probable effect, deg"],
         there.curves(best.predicted)[1, :, CHANNEL],
         rtol=1e-4,
     )

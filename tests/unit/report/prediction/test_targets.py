@@ -7,6 +7,7 @@ import pytest
 import yaml
 from places import REPOSITORY
 
+from scapulohumeral.errors import ConfigError
 from scapulohumeral.quantities import paper, population
 from scapulohumeral.quantities.recordings_apart import Apart
 from scapulohumeral.report.prediction.audit import audit_rows
@@ -17,14 +18,17 @@ from scapulohumeral.report.prediction.targets import (
     PLANES,
     TASKS,
     cuff_effects,
+    fall_level,
     force_verdicts,
     participants_table,
+    prediction_verdicts,
     published_verdicts,
     recording_verdicts,
     task_table,
     task_verdicts,
     uncertified_solves,
 )
+from scapulohumeral.report.targets import changed_afterwards
 from scapulohumeral.stages.distances.against import with_audit
 from scapulohumeral.stages.distances.daily_tasks import ANGLES
 
@@ -245,6 +249,28 @@ def test_effect_of_the_cuff_is_stated_at_equal_weight_and_is_no_target():
     assert len(stated(rows, one).rows) == 2
 
 
+def test_an_elevation_that_no_table_has_is_refused():
+    limits = TARGETS["against_published"]
+    assert fall_level(limits) == "at 70 deg"
+    other = limits | {"graded_elevation_deg": 60}
+    with pytest.raises(ConfigError, match="graded_elevation_deg is 60"):
+        list(published_verdicts(other, published(0)))
+    judged = Judged({**TARGETS, "against_published": other}, *[pd.DataFrame()] * 2, ("par2",))
+    with pytest.raises(ConfigError, match="tabulated at 70 deg"):
+        cuff_effects(judged)
+
+
+def test_rows_that_are_said_to_be_changed_afterwards_exist():
+    nothing = pd.DataFrame()
+    rows = prediction_verdicts(Judged(TARGETS, nothing, nothing, ("par1", "par2", "par3")))
+    said = [changed_afterwards(verdict.name, TARGETS) for verdict in rows]
+    assert (said.count("added"), said.count("tightened")) == (8, 5)
+    names = [verdict.name for verdict in rows]
+    for listed in TARGETS["afterwards"].values():
+        assert not [start for start in listed if not any(name.startswith(start) for name in names)]
+    assert changed_afterwards("par2, healthy prediction: upward rotation at rest", TARGETS) == ""
+
+
 def own_rhythm(**changes: float) -> pd.DataFrame:
     """Rhythm as printed and, over the rise, as of people; `changes` in one plane of par3."""
     rows = []
@@ -287,7 +313,7 @@ def test_solves_of_every_variant_need_a_certificate():
     theirs = (both.variant == "published") & (both.participant == "par2")
     verdict = uncertified_solves(limits, both.assign(certified=~theirs))
     assert not verdict.holds
-    assert verdict.worse == ("published par2 healthy",)
+    assert verdict.worse == ("authors' problem (solved here) par2 healthy",)
     # Without a solution there is nothing to certify, and its own limits are missed.
     gone = both.assign(certified=~theirs, status=theirs.map({True: "failed", False: "optimal"}))
     assert uncertified_solves(limits, gone).holds
@@ -399,7 +425,8 @@ def test_errors_of_the_girdle_stand_by_elevation_and_an_older_table_leaves_gaps(
     ]
     table = girdle_table(pd.DataFrame(rows))
     assert len(table.rows) == 6
-    assert table.rows[0][:6] == ("published", "cuff_w10", "frontal", "1.0", "", "8.0")
+    first = ("authors' problem (solved here)", "cuff_w10", "frontal", "1.0", "", "8.0")
+    assert table.rows[0][:6] == first
     older = [one for one in rows if "tilt" not in one["quantity"]]
     assert girdle_table(pd.DataFrame(older)).rows[0][5] == ""
     assert not girdle_table(pd.DataFrame(rows).assign(condition="cuff_25")).rows

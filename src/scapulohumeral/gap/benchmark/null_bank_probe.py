@@ -84,7 +84,7 @@ def recomputed(
         if not folder.is_dir():
             raise DataError(
                 f"{cases}: no case {probe.case}, a probe of the bank. Draw the probes again, by "
-                "the same generator and seed: `snakemake results/gap/bank/probes`."
+                "the same generator and seed: `snakemake --cores 2 results/gap/bank/probes`."
             )
         rows += _compared(probe, computed(folder))
     return rows

@@ -14,7 +14,12 @@ from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
 from scapulohumeral.laboratory.markers.landmarks import Misfits
 from scapulohumeral.laboratory.trial import Converted
 from scapulohumeral.model.motion import Motion
-from scapulohumeral.model.plausibility import LONGEST_STEP_S, largest_speed, turns_deg
+from scapulohumeral.model.plausibility import (
+    LEAST_JUMP_DEG,
+    LONGEST_STEP_S,
+    all_turns_deg,
+    largest_speed,
+)
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array, pose_to_trial, trial_to_pose
 from scapulohumeral.model.tables import Coordinate, ModelTables
 
@@ -23,6 +28,8 @@ FAULT, NOTE = "fault", "note"
 # markers on skin differ by 10 deg; the worst of the recordings that this was tried on by 25.
 NOTEWORTHY_RAD = np.deg2rad(10.0)
 IMPOSSIBLE_RAD = np.deg2rad(60.0)
+# No landmark of an arm is farther from the sternum [m].
+REACH_M = 1.5
 # Sine of the elevation of the humerus on the scapula from which its axial rotation has one form.
 UNIQUE_SINE = 0.5
 
@@ -100,6 +107,7 @@ def check_points(
     limits : Limits
     """
     found = [*_tilt(converted.segments.thorax, up, limits), *_epicondyles(points, limits)]
+    found += _far_away(points)
     for name, length in segment_lengths(points).items():
         spread = float(length.std())
         if spread > limits.length_change_m:
@@ -113,6 +121,21 @@ def check_points(
                 )
             )
     return found + _thorax_moves(points, limits)
+
+
+def _far_away(points: Points) -> list[Finding]:
+    """Landmarks where no arm reaches: a ghost marker, or one of something else."""
+    found = []
+    for name, track in points.items():
+        away = np.linalg.norm(track - points["IJ"], axis=1)
+        if away.max() > REACH_M:
+            k = int(away.argmax())
+            text = (
+                f"{name} is {away[k]:.1f} m from IJ in frame {k + 1}; expected at most {REACH_M:g} "
+                "m. Look for a ghost marker there"
+            )
+            found.append(Finding("landmark_far_away", FAULT, text))
+    return found
 
 
 def _tilt(thorax: Array, up: Array | None, limits: Limits) -> list[Finding]:
@@ -222,10 +245,10 @@ def check_motion(motion: Motion, tables: ModelTables) -> list[Finding]:
     """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
     pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
     found = _rate(float(np.median(steps)))
-    for segment, turn in turns_deg(pose).items():
+    for segment, turn in all_turns_deg(pose).items():
         speed, limit = turn / steps, largest_speed(segment)
-        if speed.max() > limit:
-            k = int(speed.argmax())
+        if np.any(too_fast := (speed > limit) & (turn > LEAST_JUMP_DEG)):
+            k = int(np.where(too_fast, speed, 0.0).argmax())
             text = (
                 f"{segment} turns by {turn[k]:.1f} deg between frames {k + 1} and {k + 2} "
                 f"({speed[k]:.0f} deg/s); expected at most {limit:.0f} deg/s. Look for swapped "

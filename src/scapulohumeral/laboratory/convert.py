@@ -141,15 +141,16 @@ def convert_orientations(
     """Convert tables of orientations; parameters and result as `convert_markers`."""
 
     def convert(file: Path) -> Outcome:
-        segments = read_orientations(file, orientation_map)
-        converted = settings.finished(convert_segments(segments, settings.tables))
+        raw = convert_segments(read_orientations(file, orientation_map), settings.tables)
+        converted = settings.finished(raw)
         source = Source(
             file=file,
             kind="orientations",
             files=(orientation_map.path,),
             settings={"side": orientation_map.side, "segments": dict(orientation_map.segments)},
         )
-        findings = check_motion(converted.motion, settings.tables)
+        # A filter hides jumps.
+        findings = check_motion(raw.motion, settings.tables)
         return Outcome(file, file.stem, converted, source, tuple(findings), {})
 
     return _outcomes(files, convert, progress)

@@ -221,7 +221,16 @@ def read_contractions(
     if not files:
         raise DataError("no maximal contractions; expected a recording or more. Name them: --mvc.")
     recordings = tuple(_read(file, emg_map) for file in files)
-    checks = [check_recording("mvc", r, pipeline.envelope, pipeline.quality) for r in recordings]
+    for recording in recordings:
+        # Envelopes would be too large by a half or more, whatever the trials are.
+        refuse_rectified(recording)
+    checks = [
+        [
+            *check_recording("mvc", one, pipeline.envelope, pipeline.quality),
+            *check_one_value("mvc", one),
+        ]
+        for one in recordings
+    ]
     faults = [spoilt_channels(each) for each in checks]
     spoilt = {
         name: check for name, check in faults[0].items() if all(name in each for each in faults)
@@ -326,15 +335,23 @@ def clocks_apart(envelopes: Envelopes, table: Path, delay_s: float) -> str:
     """
     if not table.is_file():
         return ""
-    motion_s = read_numbers(table, (TIME_COLUMN,))[[0, -1], 0]
+    # Tables of other programs may have the short name that a diagnosis takes, too.
+    column = TIME_COLUMN if TIME_COLUMN in first_line_names(table) else "time"
+    motion_s = read_numbers(table, (column,))[[0, -1], 0]
     apart = envelopes.time_s[[0, -1]] - motion_s
     both = (
         f"EMG from {envelopes.time_s[0]:.2f} s to {envelopes.time_s[-1]:.2f} s, {table.name} from "
         f"{motion_s[0]:.2f} s to {motion_s[1]:.2f} s"
     )
     if abs(np.diff(apart)[0]) > SAME_CLOCK_S:
-        short = apart[0] > SAME_CLOCK_S or apart[1] < -SAME_CLOCK_S
-        return f"{both}: a diagnosis needs EMG of the whole movement" if short else ""
+        if apart[0] > SAME_CLOCK_S or apart[1] < -SAME_CLOCK_S:
+            return f"{both}: a diagnosis needs EMG of the whole movement"
+        if abs(apart[0]) <= SAME_CLOCK_S:
+            return (
+                f"{both}: both begin together and the EMG goes on; if the beginning of the motion "
+                f"was cut off, the EMG is late by up to {apart[1]:.2f} s: cut both alike"
+            )
+        return ""
     if abs(apart.mean()) <= SAME_CLOCK_S:
         return ""
     return (

@@ -27,6 +27,8 @@ from scapulohumeral.templates import page_template
 # Frames per second and points per curve that the page holds; the table has all.
 PAGE_RATE_HZ = 20.0
 CURVE_POINTS = 200
+# Farther away than this the page draws nothing [m].
+SEEN_M = 3.0
 HEAD_SURFACE = "inf_sup_sub"
 LANDMARKS_OF = {
     "thorax": ("IJ", "PX", "C7", "T8"),
@@ -91,7 +93,8 @@ def scene_of(
     """
     step = max(1, round(converted.rate_hz / PAGE_RATE_HZ))
     frames = np.arange(0, len(converted.time_s), step)
-    measured = {key: track[frames] for key, track in points.items()}
+    # A ghost marker is told as a fault; it may not cost the page.
+    measured = {key: np.clip(track[frames], -SEEN_M, SEEN_M) for key, track in points.items()}
     matrices = _segment_matrices(converted, frames, measured)
     if points:
         origins, landmarks = _recorded_bones(measured, matrices)

@@ -65,6 +65,11 @@ def turns_deg(pose: Array) -> dict[str, Array]:
     return {name: np.rad2deg(relative_angle(q[:-1], q[1:])) for name, q in segments.items()}
 
 
+def all_turns_deg(pose: Array) -> dict[str, Array]:
+    """The same and those of the forearm in its joint, by name."""
+    return turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
+
+
 def check_rate(table: Places, time_s: Array) -> None:
     """Refuse gaps, and times in another unit than seconds: their steps are too long for an arm.
 
@@ -124,8 +129,7 @@ def check_speed(table: Places, time_s: Array, pose: Array) -> None:
     ------
     DataError                        names file, row and segment
     """
-    turns = turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
-    for name, turn in turns.items():
+    for name, turn in all_turns_deg(pose).items():
         speed, limit = turn / np.diff(time_s), largest_speed(name)
         beyond = np.flatnonzero((speed > limit) & (turn > LEAST_JUMP_DEG))
         if beyond.size:

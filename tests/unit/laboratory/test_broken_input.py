@@ -103,6 +103,20 @@ def jump(session: Session) -> None:
         session.points[name][60] += [0.0, 0.0, 0.06]
 
 
+def elbow_jump(session: Session) -> None:
+    """The marker of the wrist is elsewhere for one frame, about as far from the elbow."""
+    points = session.points
+    elbow = 0.5 * (points["EL"][60] + points["EM"][60])
+    arm = elbow - points["GH"][60]
+    length = np.linalg.norm(points["US"][60] - elbow)
+    points["US"][60] = elbow + length * arm / np.linalg.norm(arm)
+
+
+def ghost(session: Session) -> None:
+    """A marker is metres away for one frame."""
+    session.points["US"][60] += [0.0, 4.0, 0.0]
+
+
 def one_frame_lost(session: Session) -> None:
     """C7 and IJ exchange labels in one frame."""
     points = session.points
@@ -148,6 +162,11 @@ def other_encoding(session: Session) -> None:
     session.suffix, session.tail = ".trc", "encoding"
 
 
+def cut_off(session: Session) -> None:
+    """A copy that was broken off."""
+    session.tail = "cut"
+
+
 def empty_file(session: Session) -> None:
     """A file that is no recording."""
     session.tail = "empty"
@@ -180,12 +199,15 @@ TABLE = [
     Broken("never seen", gap("US", slice(None), 0.0), "marker mUS: not seen in any of 120 frames"),
     Broken("one frame", single_frame, "trial.c3d: one frame, which is a posture and no motion"),
     Broken("clavicle jumps", jump, "clavicle_jumps"),
+    Broken("elbow jumps", elbow_jump, "forearm_jumps"),
+    Broken("ghost marker", ghost, "landmark_far_away: US is 4."),
     Broken("skin slides", loose_skin, "segment_length_varies: forearm", code=0),
     Broken("wrong vertical", lying_down, "thorax_tilted"),
     Broken("uneven rate", uneven_time, "column time_s: "),
     Broken("wrong rate", wrong_rate, "DataRate: 50 Hz, but the column Time has 100.00"),
     Broken("other encoding", other_encoding, "trial.trc: byte 25 is no text in UTF-8. Save"),
     Broken("text among numbers", text_cell, "row 10, column mIJ_z_mm: 'lost' is not a number"),
+    Broken("cut off", cut_off, "frames, but the file says 120: it was cut off"),
     Broken("not a C3D file", empty_file, "not a C3D file"),
     Broken("unknown format", other_format, "'.xlsx'; expected .c3d, .trc or .csv"),
     Broken(
@@ -197,6 +219,15 @@ TABLE = [
         "clusters without static",
         edit("glenohumeral:", f"{CLUSTER}glenohumeral:"),
         "expected the recording that shows clusters and landmarks together",
+    ),
+    Broken(
+        "landmark in two clusters",
+        edit(
+            "glenohumeral:",
+            "static: none.c3d\nclusters: {one: {markers: [mIJ, mPX, mC7], landmarks: [AA]}, "
+            "two: {markers: [mT8, mSC, mAC], landmarks: [AA]}}\nglenohumeral:",
+        ),
+        "clusters.two: AA is carried by one, too",
     ),
     Broken(
         "centre without its landmarks",
@@ -224,6 +255,8 @@ def convert(session: Session, *more: str) -> int:
         file.write_text(text.replace("100.0\t", "50\t", 1), encoding="utf-8")
     elif session.tail == "encoding":
         file.write_bytes(file.read_bytes().replace(b"(X/Y/Z)\t", b"(X/Y/Z)\tM\xfcller", 1))
+    elif session.tail == "cut":
+        file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
     elif session.tail == "empty":
         file.write_bytes(b"")
     elif session.tail == "suffix":
@@ -302,6 +335,7 @@ def emg_arguments(folder: Path, contraction: np.ndarray) -> list[str]:
 
 
 EMG_TABLE = [
+    ("rectified contraction", np.abs, "mvc.c3d, channel infra: no negative values", 2),
     ("silent contraction", lambda sound: np.zeros_like(sound), "silent", 2),
     ("clipped contraction", lambda sound: np.clip(sound, -2e-4, 2e-4), "mvc: clipping", 2),
     ("weak contraction", lambda sound: 0.4 * sound, "trial: above_mvc", 0),

@@ -79,6 +79,20 @@ def test_another_clock_of_the_same_frames_is_told(
     assert "clocks differ; write delay_s: -0.80 in the map" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("column", ["time_s", "time"])
+def test_a_motion_that_was_cut_at_its_beginning_is_told(
+    column: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both files begin at zero then, whatever was cut off."""
+    arguments = session(tmp_path, noise(4.0, np.ones(4), 3), 4.0)
+    (tmp_path / "out").mkdir()
+    times = "\n".join(f"{0.01 * i:.2f},1.0" for i in range(160))
+    (tmp_path / "out" / "reach_r1.csv").write_text(f"{column},SC_y\n{times}\n", encoding="utf-8")
+    cli.main(arguments)
+    said = "if the beginning of the motion was cut off, the EMG is late by up to 2.4"
+    assert said in capsys.readouterr().out
+
+
 def test_a_diagnosis_reads_what_was_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

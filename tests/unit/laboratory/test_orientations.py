@@ -137,6 +137,32 @@ def test_times_in_milliseconds_are_noticed(tmp_path: Path) -> None:
     assert not outcome.usable
 
 
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_scapula_of_the_other_arm_is_refused(side: str, tmp_path: Path) -> None:
+    frames = isb_orientations(made.arm_angles())
+    if side == "right":
+        mirror = np.diag([1.0, 1.0, -1.0])
+        trunk = frames["trunk"]
+        frames = {
+            name: trunk @ mirror @ trunk.swapaxes(1, 2) @ r @ mirror for name, r in frames.items()
+        }
+    write(tmp_path / "trial.csv", frames, "matrix")
+    outcome = convert(tmp_path, MAP.format(side=side))
+    other = {"right": "left", "left": "right"}[side]
+    assert f"Write side: {other} in the map" in str(outcome)
+
+
+def test_a_filter_hides_no_jump(tmp_path: Path) -> None:
+    frames = isb_orientations(made.arm_angles())
+    frames["arm"][60] = frames["arm"][60] @ Rotation.from_euler("x", 50, degrees=True).as_matrix()
+    write(tmp_path / "trial.csv", frames, "matrix")
+    (tmp_path / "map.yaml").write_text(MAP.format(side="right"), encoding="utf-8")
+    read = read_orientation_map(tmp_path / "map.yaml")
+    settings = Settings(MODEL, Limits(), cutoff_hz=6.0)
+    [outcome] = convert_orientations([tmp_path / "trial.csv"], read, settings, lambda line: None)
+    assert "humerus_jumps" in {one.name for one in outcome.findings}
+
+
 def test_rounded_times_become_uniform_ones(tmp_path: Path) -> None:
     write(tmp_path / "trial.csv", isb_orientations(made.arm_angles()), "quaternion", decimals=3)
     outcome = convert(tmp_path, MAP.format(side="right"))

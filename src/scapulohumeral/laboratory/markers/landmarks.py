@@ -329,6 +329,12 @@ def _functional(calibration: Calibration) -> Centre:
     scapula = scapula_frame(points)
     local = [np.einsum("tji,tj->ti", scapula, p - points["AA"]) for p in tracks.values()]
     seen = [p[np.isfinite(p).all(axis=1)] for p in local]
+    unseen = [name for name, track in zip(tracks, seen, strict=True) if not len(track)]
+    if unseen:
+        raise DataError(
+            f"{path}: {', '.join(unseen)} seen in no frame together with the scapula; expected "
+            "them in glenohumeral.trial. Name other markers, or another trial."
+        )
     return fit_centre(str(path), seen, tuple(tracks))
 
 

@@ -177,7 +177,15 @@ def _check_distinct(marker_map: MarkerMap) -> None:
                 "expected another marker. Correct one of them."
             )
         alone[markers] = landmark
+    carried: dict[str, str] = {}
     for cluster in marker_map.clusters:
+        for name in cluster.landmarks:
+            if name in carried:
+                raise ConfigError(
+                    f"{path}, clusters.{cluster.name}: {name} is carried by {carried[name]}, too; "
+                    "expected one cluster. Remove it from the other."
+                )
+            carried[name] = cluster.name
         unknown = [name for name in cluster.landmarks if name not in landmarks]
         if unknown:
             raise ConfigError(

@@ -153,6 +153,7 @@ def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:
     if orientation_map.side == "left":
         mirror = np.diag([-1.0, 1.0, 1.0])
         inside = {name: mirror @ matrix @ mirror for name, matrix in inside.items()}
+    _check_side(path, inside.get("scapula"), orientation_map.side)
     clavicle = inside.get("clavicle")
     return Segments(
         # The times of the table may be rounded ones.
@@ -165,6 +166,24 @@ def read_orientations(path: Path, orientation_map: OrientationMap) -> Segments:
         humerus=inside["humerus"],
         forearm=-inside["forearm"][:, :, 1] if "forearm" in inside else None,
     )
+
+
+def _check_side(path: Path, scapula: Array | None, side: str) -> None:
+    """Refuse a scapula (T, 3, 3) of the other arm, once left ones are mirrored.
+
+    The x axis of a right scapula, along its spine, points to the right and forward (-z).
+
+    Raises
+    ------
+    DataError                        names the side that would do
+    """
+    if scapula is not None and float(np.median(scapula[:, 2, 0])) > 0.0:
+        other = {"right": "left", "left": "right"}[side]
+        raise DataError(
+            f"{path}: the spine of the scapula does not point forward, but to the back, as that of "
+            f"the other arm does; side: {side} says otherwise. Write side: {other} in the map; if "
+            "the side is right, correct axes or sensors of the scapula."
+        )
 
 
 def _is_turned(clavicle: Array | None) -> bool:

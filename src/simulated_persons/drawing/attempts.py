@@ -83,7 +83,7 @@ def drawn_cases(
     """
     for plan in plans:
         if plan.plant == SALTED:
-            yield Drawn(Attempt(plan, plan.person), salted(study, plan))
+            yield Drawn(Attempt(plan, plan.person), _with_noise(plan, salted(study, plan)))
     waiting = [Attempt(plan, plan.person) for plan in plans if plan.plant != SALTED]
     while waiting:
         found = _simulated(study, [attempt.plan for attempt in waiting])
@@ -155,6 +155,7 @@ def _steady(recordings: Recordings) -> bool:
 
 
 def _with_noise(plan: Plan, recordings: Recordings) -> Recordings:
+    """Repeats with what scatters in their record only; of salted ones motion alone is written."""
     rng = np.random.default_rng([plan.seed, 1])
     scale = scatter_scales(plan)
     return {

@@ -173,6 +173,20 @@ def shows(plan: Plan) -> Recordings:
     return everywhere(plan, {"reference": still(), "test": moved, OTHERWISE: still()})
 
 
+def test_repeats_of_salted_motion_scatter_in_clavicle_and_scapula_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "salted")
+    trials = {("test", task, repeat): still() for task in plan.tasks for repeat in (0, 1)}
+    monkeypatch.setattr(attempts, "salted", lambda *_: trials)
+    [found] = drawn_cases(STUDY, [plan])
+    for task in plan.tasks:
+        exact, repeat = (found.recordings["test", task, number] for number in (0, 1))
+        np.testing.assert_array_equal(exact.angles_rad, still().angles_rad)
+        off = np.rad2deg(np.sqrt(np.mean((repeat.angles_rad - exact.angles_rad) ** 2, axis=0)))
+        assert np.all(off[:6] > 0.1)
+
+
 def write_by(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, recorded: Record) -> dict:
     """Cases written with what a function says of each plan: what is noted of the draw."""
     simulate_by(monkeypatch, recorded)

@@ -6,6 +6,7 @@ person with two ways to do a task. An effect that hardly shows is drawn again a 
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -143,7 +144,9 @@ def _instead(attempt: Attempt, participants: Sequence[str]) -> Attempt | None:
         return None
     seed = int(np.random.default_rng([attempt.plan.seed, 3]).integers(2**31))
     [plan] = draw_plans(seed, 1, participants, attempt.plan.kind, attempt.plan.plant)
-    return Attempt(plan, plan.person, replaced=attempt.replaced + 1)
+    # A name from the same generator would tell its seed of 31 bits, and so the cause.
+    name = hashlib.sha256(attempt.plan.id.encode()).hexdigest()[: len(attempt.plan.id)]
+    return Attempt(replace(plan, id=name), plan.person, replaced=attempt.replaced + 1)
 
 
 def _steady(recordings: Recordings) -> bool:

@@ -174,9 +174,13 @@ class ScoredCase:
 
     @property
     def true_candidate(self) -> Mapping[str, Any] | None:
-        """The candidate of the injected effect; None without an answer or if it is none."""
+        """The candidate of the injected effect; None without an answer or if it is none.
+
+        Of several that name it, such as one of all members, the one with its very label.
+        """
         candidates = () if self.verdict is None else self.verdict["candidates"]
-        return next((c for c in candidates if matches(c["label"], self.truth[0])), None)
+        named = [c for c in candidates if matches(c["label"], self.truth[0])]
+        return max(named, key=lambda c: c["label"] == self.truth[0], default=None)
 
     @cached_property
     def baselines(self) -> dict[str, str]:

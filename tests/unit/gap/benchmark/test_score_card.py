@@ -372,6 +372,22 @@ def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:
     assert found["true_on_hidden_task"]["n"] == found["removed_without_noise"]["n"] == 0
 
 
+def test_sizes_are_of_the_very_effect_and_not_of_all_members() -> None:
+    one, every = "control/co_contraction/EL", "control/co_contraction/all"
+    floors = [{"name": "tonic_floor", "value": value, "ci95": None} for value in (0.02, 0.1)]
+    found = [
+        {"label": label, "p": 0.4, "parameters": [floor]}
+        for label, floor in zip((every, one), floors, strict=True)
+    ]
+    truth = key(one, amplitude=0.1)
+    truth["effects"][0]["parameter"] = "tonic_floor"
+    named = case(truth, answer({every: 0.4}, candidates=found))
+    assert group_scores([named])["amplitude"]["relative_error"]["median"] == 0.0
+    # Where no answer has the very member, all of them are the next.
+    alone = case(truth, answer({every: 0.4}, candidates=found[:1]))
+    assert alone.true_candidate["label"] == every
+
+
 def test_a_gap_that_no_recording_would_show_has_no_reducible_share() -> None:
     assert HiddenGap(0.1, 0.05).reducible is None
     assert HiddenGap(0.1, 0.05).removed == pytest.approx(0.5)

@@ -60,8 +60,11 @@ REGISTERED = {
     "errors (root mean square over the movement) in one channel of a visible task; without "
     "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
     "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
-    "the answer publishes for its parameter, both as distance from off; one that is not listed is "
-    "smaller; one whose parameter the answer does not know, or without answer, counts as large",
+    "the answer publishes for its parameter, both as distance from off, of factors as logarithm; "
+    "one that is not listed is smaller; one whose parameter the answer does not know, or without "
+    "answer, counts as large",
+    "without_size": "single effects that plant and library measure in different terms: whatever "
+    "their size, they are not large, and have scores of their own",
     "moved": "where the test movement was done otherwise by as much as an effect has to show, "
     "control/movement_strategy is a right answer too, beside the injected effect; where nothing "
     "else shows it is the right one, and the case counts as moved, not as a single",
@@ -144,6 +147,7 @@ def group_scores(cases: Sequence[ScoredCase], threshold: float | None = None) ->
         "seconds": spread([case.seconds for case in cases]),
         "confusion": _confusion(cases),
         "large": _single_scores([case for case in single if case.large]),
+        "without_size": _single_scores([case for case in single if case.without_size]),
     }
 
 

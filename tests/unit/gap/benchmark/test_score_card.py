@@ -16,9 +16,12 @@ from scapulohumeral.gap.benchmark.metrics import (
 )
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
 from scapulohumeral.gap.benchmark.score_card import group_scores, rejection_threshold, score_card
-from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
+from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase, size_of
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, matches
 from scapulohumeral.gap.left_over import LeftOver, left_in_words
+from simulated_persons.effects import LIBRARY_LIKE
 
 pytestmark = pytest.mark.unit
 
@@ -152,6 +155,56 @@ def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
     assert scores["family_top1"]["n"] == 4
     assert (scores["large"]["family_top1"]["hits"], scores["large"]["family_top1"]["n"]) == (1, 2)
     assert scores["large"]["baselines"]["prior_only"]["n"] == 2
+
+
+def test_effects_without_a_size_to_compare_are_counted_apart() -> None:
+    stiff = key("body/passive_gh", amplitude=0.1)
+    stiff["effects"][0]["parameter"] = None
+    found = case(stiff, answer({"body/passive_gh": 0.9}))
+    assert not found.large
+    scores = group_scores([found, case(stiff, None), case(key(TEAR), None)])
+    assert scores["large"]["family_top1"]["n"] == 1
+    apart = scores["without_size"]["family_top1"]
+    assert (apart["hits"], apart["n"]) == (1, 2)
+
+
+@pytest.mark.parametrize("factor", [0.4, 1.0 / 0.4])
+def test_a_factor_and_its_inverse_are_equally_large(factor: float) -> None:
+    """The smallest that would be found is published above one: 1.5 stands for 1 / 1.5 as well."""
+    gain = key(GAIN, amplitude=factor)
+    gain["effects"][0]["parameter"] = "gain_factor"
+
+    def promised(value: float) -> ScoredCase:
+        smallest = [{"label": GAIN, "parameter": "gain_factor", "value": value}]
+        parameters = [{"name": "gain_factor", "value": factor, "ci95": None}]
+        return case(
+            gain,
+            answer(
+                {},
+                candidates=[{"label": GAIN, "p": 0.9, "parameters": parameters}],
+                gap={"present": True, "smallest_detectable": smallest},
+            ),
+        )
+
+    # Twice the logarithm of 1.5 is that of 2.25, below 2.5; that of 1.6 is above.
+    assert promised(1.5).large
+    assert not promised(1.6).large
+
+
+def test_sizes_are_on_the_scale_that_is_fitted() -> None:
+    channels = ("EMG_infra", "EMG_serr")
+    effects = library(Setup(("infra", "serr_ant"), channels, (channels,), True))
+    injected = [draw(np.random.default_rng(1)) for draw in LIBRARY_LIKE]
+    kinds = {(i.label.split("/")[1], i.parameter): i.amplitude for i in injected if i.parameter}
+    seen = {
+        (effect.family, param.name): param
+        for effect in effects
+        for param in effect.params
+        if (effect.family, param.name) in kinds
+    }
+    assert set(seen) == set(kinds)
+    for kind, param in seen.items():
+        assert size_of(kind[1], kinds[kind]) == pytest.approx(abs(param.internal(kinds[kind])))
 
 
 def test_nulls_count_for_false_alarms_only() -> None:

@@ -88,6 +88,9 @@ REGISTERED = {
     "cause_calibration": "calibration of the first family as the cause, which probabilities are "
     "fitted to: another movement beside one that shows is not right",
     "calibration_bins": CALIBRATION_BINS,
+    "rejected": "answers to unknown causes whose none_p is larger than that of all singles with a "
+    "verdict but false_rejection of them (a value that one of them has), and answers without "
+    "verdict; how many singles are without verdict stands beside",
     "false_rejection": FALSE_REJECTION,
     "sure": SURE,
     "kept_share": KEPT_SHARE,
@@ -113,9 +116,14 @@ def score_card(cases: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def rejection_threshold(cases: Sequence[ScoredCase]) -> float:
-    """Probability of "none" above which a cause counts as unknown: few single effects have it."""
-    known = [none_p(case) for case in cases if case.status == "single"]
-    return float(np.quantile(known, 1.0 - FALSE_REJECTION)) if known else 1.0
+    """Probability of "none" above which a cause counts as unknown: few single effects have it.
+
+    Singles without a verdict have none, and are counted on their own: with them nothing could be
+    above where more than a few abstain. Between two singles nothing is made up.
+    """
+    answered = [case for case in cases if case.status == "single" and case.verdict is not None]
+    known = [none_p(case) for case in answered]
+    return float(np.quantile(known, 1.0 - FALSE_REJECTION, method="higher")) if known else 1.0
 
 
 def group_scores(cases: Sequence[ScoredCase], threshold: float | None = None) -> dict[str, Any]:
@@ -211,10 +219,19 @@ def _unknown_scores(
     high = [none_p(case) for case in unknown]
     low = [none_p(case) for case in known]
     distance = {
-        name: rate([none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
+        name: rate([_is_rejected(c, threshold) for c in unknown if f"/{name}/" in c.truth[0]])
         for name in ("far", "near")
     }
-    return {"auroc": area_under_curve(high, low), "rejected": distance}
+    return {
+        "auroc": area_under_curve(high, low),
+        "rejected": distance,
+        "singles_without_verdict": rate([case.verdict is None for case in known]),
+    }
+
+
+def _is_rejected(case: ScoredCase, threshold: float) -> bool:
+    """Whether an answer says that the cause is none that it knows, or names none."""
+    return case.verdict is None or none_p(case) > threshold
 
 
 def _moved_scores(moved: Sequence[ScoredCase]) -> dict[str, Any]:

@@ -260,6 +260,24 @@ def test_a_case_is_rejected_in_every_column_or_in_none() -> None:
     assert rejected == [0.0, 0.0]
 
 
+def test_singles_that_abstain_do_not_decide_what_is_rejected() -> None:
+    """With them the threshold was 1 where more than a tenth abstains: nothing is above."""
+    known = [case(key(TEAR), answer({}, none_p=0.1 * k, no_gap_p=0.0)) for k in range(1, 9)]
+    silent = [case(key(TEAR), answer({}, status="abstained")), case(key(TEAR), None)]
+    sure = answer({}, none_p=0.85, no_gap_p=0.0)
+    like_singles = answer({}, none_p=0.75, no_gap_p=0.0)
+    far = [
+        case(key("unknown/far/friction"), one)
+        for one in (sure, like_singles, answer({}, status="abstained"))
+    ]
+    # Of eight singles the ninth tenth is the largest: 0.73 would lie between two of them.
+    assert rejection_threshold([*known, *silent]) == pytest.approx(0.8)
+    scores = group_scores([*known, *silent, *far])["unknown"]
+    assert scores["rejected"]["far"]["hits"] == 2
+    beside = scores["singles_without_verdict"]
+    assert (beside["hits"], beside["n"]) == (2, 10)
+
+
 def test_area_under_curve_counts_ties_half() -> None:
     assert area_under_curve([0.5, 0.9], [0.5, 0.1]) == pytest.approx(0.875)
     assert area_under_curve([], [0.1]) is None

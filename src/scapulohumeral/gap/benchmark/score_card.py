@@ -9,7 +9,7 @@ An answer that is missing, failed or abstained is wrong wherever a cause was ask
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from scapulohumeral.gap.benchmark.metrics import (
     reliability,
     spread,
 )
+from scapulohumeral.gap.benchmark.noise_free.key_change import change_over_movement
 from scapulohumeral.gap.benchmark.rules_of_thumb import control_shares
 from scapulohumeral.gap.benchmark.scored_case import (
     LARGE_MULTIPLE,
@@ -95,6 +96,9 @@ REGISTERED = {
     "sure": SURE,
     "kept_share": KEPT_SHARE,
     "large_multiple": LARGE_MULTIPLE,
+    "regions": "channels and phases of the movement at which the change of the key is at least "
+    "region_sigma standard errors; a key holds recordings with rest before and after, of which the "
+    "movement of the test trial without noise is taken",
     "region_sigma": REGION_SIGMA,
 }
 
@@ -314,21 +318,27 @@ def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     for case in single:
         if case.verdict is None:
             continue
-        channels = list(case.key["channels"])
-        change = np.max([np.abs(np.array(t)) for t in case.key["change_sigma"].values()], axis=0)
-        truth, found = change >= REGION_SIGMA, np.zeros(change.shape, dtype=bool)
-        shows = case.verdict["regions"]["shows"]
-        for region in shows:
-            start, end = region["phase_percent"]
-            if region["channel"] in channels:
-                found[round(start) : round(end) + 1, channels.index(region["channel"])] = True
-        both, either = np.sum(truth & found), np.sum(truth) + np.sum(found)
-        scores.append(float(2 * both / either) if either else 1.0)
+        shows, footprint = case.verdict["regions"]["shows"], case.key["footprint"]
+        scores.append(_region_f1(case.key, shows))
         if shows:
             top = max(shows, key=lambda region: region["share"])["channel"]
-            footprint = case.key["footprint"]
             largest.append(top == max(footprint, key=lambda name: footprint[name]))
     return {"f1": spread(scores), "largest_channel": rate(largest)}
+
+
+def _region_f1(key: Mapping[str, Any], shows: Sequence[Mapping[str, Any]]) -> float | None:
+    """F1 of the points of regions; None for keys that do not tell phases by curves."""
+    change = change_over_movement(key)
+    if change is None:
+        return None
+    channels = list(key["channels"])
+    truth, found = change >= REGION_SIGMA, np.zeros(change.shape, dtype=bool)
+    for region in shows:
+        start, end = region["phase_percent"]
+        if region["channel"] in channels:
+            found[round(start) : round(end) + 1, channels.index(region["channel"])] = True
+    both, either = np.sum(truth & found), np.sum(truth) + np.sum(found)
+    return float(2 * both / either) if either else 1.0
 
 
 def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:

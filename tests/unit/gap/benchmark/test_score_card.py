@@ -14,6 +14,7 @@ from scapulohumeral.gap.benchmark.metrics import (
     family_probabilities,
     rate,
 )
+from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
 from scapulohumeral.gap.benchmark.score_card import group_scores, rejection_threshold, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase, size_of
@@ -34,6 +35,9 @@ def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: i
     effects = [{"label": label, "parameter": "f0_factor", "amplitude": amplitude}]
     change = np.zeros((101, 2))
     change[40:61, 1] = 5.0
+    time, lifted = np.linspace(0.0, 2.0, 101), np.zeros((101, 10))
+    lifted[:, 7] = -10.0 - 30.0 * time
+    trial = {"time_s": time, "angles_deg": lifted, "emg": None}
     return {
         "case": f"c{number}",
         "plant": "P1",
@@ -43,6 +47,7 @@ def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: i
         "channels": ["SC_rx", "EMG_infra"],
         "footprint": {"SC_rx": 0.1, "EMG_infra": 4.0},
         "change_sigma": {"frontal": change.tolist()},
+        "noise_free": {"frontal": {"test": trial}},
     }
 
 
@@ -126,6 +131,26 @@ def test_right_and_wrong_singles() -> None:
         "measurement/emg_gain": 1,
     }
     assert scores["baselines"]["prior_only"]["value"] == 0.0
+
+
+def test_regions_are_those_of_the_movement_and_not_of_the_recording() -> None:
+    """The arm rests in the first and last quarter: 40 to 60 % of the recording are 30 to 70."""
+    resting = key(TEAR)
+    curves = resting["noise_free"]["frontal"]["test"]
+    curves["angles_deg"][:, 7] = -10.0 - 60.0 * np.clip(curves["time_s"] - 0.5, 0.0, 1.0)
+    start, end = noise_free_trial(curves, resting["channels"], "frontal", "test").window_s
+    assert (start, end) == pytest.approx((0.5, 1.5), abs=0.1)
+
+    def f1(first: float, last: float) -> float:
+        region = {"channel": "EMG_infra", "phase_percent": [first, last], "share": 1.0}
+        named = case(resting, answer({TEAR: 0.9}, regions={"shows": [region]}))
+        return group_scores([named])["regions"]["f1"]["median"]
+
+    assert f1(31, 69) > 0.95 > f1(40, 60)
+    # Keys of earlier draws hold no trial without noise.
+    del resting["noise_free"]
+    early = group_scores([case(resting, answer({TEAR: 0.9}))])["regions"]
+    assert (early["f1"]["n"], early["largest_channel"]["n"]) == (0, 1)
 
 
 def test_a_class_that_holds_the_truth_is_right() -> None:

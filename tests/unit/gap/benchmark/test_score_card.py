@@ -241,6 +241,16 @@ def test_nulls_count_for_false_alarms_only() -> None:
     assert scores["set90"]["coverage"]["value"] == 0.5
 
 
+def test_sets_are_judged_of_single_effects_apart_from_all_others() -> None:
+    quiet = answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"])
+    held, missed = answer({TEAR: 0.9}), answer({GAIN: 0.9})
+    cases = [case(key(TEAR), held), case(key(TEAR), missed), case(key(TEAR), missed)]
+    cases += [case(key(None), quiet), case(key(TEAR, shown=False), quiet), case(key(None), None)]
+    found = group_scores(cases)["set90"]["coverage_by_kind"]
+    told = {kind: (share["hits"], share["n"]) for kind, share in found.items()}
+    assert told == {"single effects": (1, 3), "others": (2, 2)}
+
+
 def test_an_alarm_is_one_whether_a_cause_is_named_or_not() -> None:
     abstained = case(key(None), answer({TEAR: 0.4}, status="abstained"))
     failed = case(key(None, number=2), answer({}, status="failed", gap=None))

@@ -86,15 +86,15 @@ def segment_mass(rng: np.random.Generator) -> Injection:
 
 
 def strength_loss(rng: np.random.Generator, members: tuple[str, ...] = TORN_GROUPS) -> Injection:
-    """A tear: some lines of a group hardly pull any more; the amplitude is the force left."""
+    """A tear: some lines of a group hardly pull any more; the amplitude is the force left.
+
+    Lines of a group differ in strength: those are torn that make up a share of its force.
+    """
     group = str(rng.choice(members))
     share, order = rng.uniform(0.4, 0.9), rng.random(200)
 
-    def factors(arm: Arm) -> np.ndarray:
-        return _torn(arm.anatomy.groups == group, share, order)
-
     def apply(arm: Arm) -> Arm:
-        force = factors(arm) * arm.muscles.max_force
+        force = _torn(arm.muscles.max_force, arm.anatomy.groups == group, share, order)
         return replace(arm, muscles=replace(arm.muscles, max_force=force))
 
     left = 1.0 - share * (1.0 - TORN_LINE)
@@ -357,7 +357,7 @@ def uneven_tear(rng: np.random.Generator) -> Injection:
     def apply(arm: Arm) -> Arm:
         force = arm.muscles.max_force
         for group, share in zip(("infra", "supra", "delt_scap"), shares, strict=True):
-            force = force * _torn(arm.anatomy.groups == group, share, order)
+            force = _torn(force, arm.anatomy.groups == group, share, order)
         return replace(arm, muscles=replace(arm.muscles, max_force=force))
 
     return Injection("unknown/near/uneven_tear", None, float(shares.mean()), apply)
@@ -406,15 +406,19 @@ def _crosstalk(label: str, donor: str, receiver: str, rng: np.random.Generator) 
     return Injection(label, "fraction" if known else None, fraction, apply)
 
 
-def _torn(members: np.ndarray, share: float, order: np.ndarray) -> np.ndarray:
-    """Factors (1, M) that tear a share of the lines of a group; one line may tear in part."""
-    factors = np.ones(len(members))
+def _torn(force: np.ndarray, members: np.ndarray, share: float, order: np.ndarray) -> np.ndarray:
+    """Forces (1, M) with lines of a group torn that make up a share of its force.
+
+    Lines tear one after the other, the last one in part.
+    """
+    left = force.copy()
     index = np.flatnonzero(members)
-    torn = share * len(index)
-    for rank, line in enumerate(index[np.argsort(order[: len(index)])]):
-        lost = np.clip(torn - rank, 0.0, 1.0)
-        factors[line] = 1.0 - lost * (1.0 - TORN_LINE)
-    return factors[None]
+    torn = share * force[0, index].sum()
+    for line in index[np.argsort(order[: len(index)])]:
+        lost = min(torn, force[0, line])
+        left[0, line] -= lost * (1.0 - TORN_LINE)
+        torn -= lost
+    return left
 
 
 def _crossing(forces: MuscleForces, joint: str) -> np.ndarray:

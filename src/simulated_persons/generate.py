@@ -16,6 +16,7 @@ import json
 import secrets
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +28,14 @@ from simulated_persons.drawing.study import Study, load_study
 from simulated_persons.plan import OWN, PLANTS, SHARES, Plan, draw_plans
 
 DRAW = "draw.json"
+SEED_BITS = 128
+NAME_BYTES = 4
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31))
+    parser.add_argument("--seed", type=int, help="for open cases: whoever knows it knows all")
     parser.add_argument("--cases", type=int, required=True)
     parser.add_argument("--names", nargs="+", required=True, help="folders of participants")
     parser.add_argument("--plant", choices=PLANTS, default=OWN, help="P2: simulated by OpenSim")
@@ -43,12 +46,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     _check_keys_folder(options.keys)
     study = load_study(options.results, options.participants, options.names)
     names = tuple(study.anatomies)
-    plans = draw_plans(options.seed, options.cases, names, options.kind, options.plant)
+    # More seeds than anybody could try.
+    seed = secrets.randbits(SEED_BITS) if options.seed is None else options.seed
+    plans = draw_plans(seed, options.cases, names, options.kind, options.plant)
+    if options.seed is None:
+        plans = renamed(plans)
     for folder in (options.out, options.keys):
         folder.mkdir(parents=True, exist_ok=True)
-    draw = {name: getattr(options, name) for name in ("seed", "cases", "kind", "plant")}
+    draw = {"seed": seed, **{name: getattr(options, name) for name in ("cases", "kind", "plant")}}
     _write(options.keys / DRAW, draw)  # before anything can be interrupted
     _write(options.keys / DRAW, draw | write_cases(study, plans, options.out, options.keys))
+
+
+def renamed(plans: Sequence[Plan]) -> list[Plan]:
+    """The same cases, with names that tell nothing of how they were drawn.
+
+    Names are public. By those from the generator that draws causes, seeds could be tried.
+    """
+    return [replace(plan, id=secrets.token_hex(NAME_BYTES)) for plan in plans]
 
 
 def write_cases(study: Study, plans: Sequence[Plan], out: Path, keys: Path) -> dict[str, Any]:

@@ -82,7 +82,8 @@ class Plan:
 
     Attributes
     ----------
-    id : random name, so that no order of drawing shows; seed : of everything random in it
+    id : random name, so that no order of drawing shows; `generate` gives blind cases another one
+    seed : of everything random in it
     plant : of `PLANTS`, or `SALTED`
     kind : of `SHARES`
     participant : whose anatomy; tasks : recorded in the case; hidden : kept for scoring
@@ -204,6 +205,7 @@ def _plan(
     person = rng.choice(list(persons), p=np.array(list(persons.values())) / sum(persons.values()))
     order = [str(task) for task in rng.permutation(TASKS)]
     return Plan(
+        # Probes of the null bank, whose seed is known, are found by this name.
         id=rng.bytes(4).hex(),
         seed=int(rng.integers(2**31)),
         plant=SALTED if kind == "salted" else OWN,

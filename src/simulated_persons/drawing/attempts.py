@@ -6,6 +6,7 @@ person with two ways to do a task. An effect that hardly shows is drawn again a 
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -83,7 +84,7 @@ def drawn_cases(
     """
     for plan in plans:
         if plan.plant == SALTED:
-            yield Drawn(Attempt(plan, plan.person), salted(study, plan))
+            yield Drawn(Attempt(plan, plan.person), _with_noise(plan, salted(study, plan)))
     waiting = [Attempt(plan, plan.person) for plan in plans if plan.plant != SALTED]
     while waiting:
         found = _simulated(study, [attempt.plan for attempt in waiting])
@@ -143,7 +144,9 @@ def _instead(attempt: Attempt, participants: Sequence[str]) -> Attempt | None:
         return None
     seed = int(np.random.default_rng([attempt.plan.seed, 3]).integers(2**31))
     [plan] = draw_plans(seed, 1, participants, attempt.plan.kind, attempt.plan.plant)
-    return Attempt(plan, plan.person, replaced=attempt.replaced + 1)
+    # A name from the same generator would tell its seed of 31 bits, and so the cause.
+    name = hashlib.sha256(attempt.plan.id.encode()).hexdigest()[: len(attempt.plan.id)]
+    return Attempt(replace(plan, id=name), plan.person, replaced=attempt.replaced + 1)
 
 
 def _steady(recordings: Recordings) -> bool:
@@ -155,6 +158,7 @@ def _steady(recordings: Recordings) -> bool:
 
 
 def _with_noise(plan: Plan, recordings: Recordings) -> Recordings:
+    """Repeats with what scatters in their record only; of salted ones motion alone is written."""
     rng = np.random.default_rng([plan.seed, 1])
     scale = scatter_scales(plan)
     return {

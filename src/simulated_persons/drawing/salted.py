@@ -14,10 +14,11 @@ from simulated_persons.plan import Plan
 
 
 def salted(study: Study, plan: Plan) -> Recordings:
-    """Recorded motion with salt: its repeats are the recording with smooth noise.
+    """Recorded motion with salt: its repeats move otherwise, as those of people do.
 
-    There is one recording per task, so test and reference differ by that noise only, not by what a
-    person does differently from time to time. The noise is of the size found between repeats.
+    There is one recording per task, so test and reference differ by salt and scatter only, not by
+    what a session changes. The scatter is of the size found between repeats; that of clavicle and
+    scapula is noise of the record, which is added as for simulated persons.
     """
     rng = np.random.default_rng(plan.seed)
     anatomy = study.anatomies[plan.participant]

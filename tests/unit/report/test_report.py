@@ -434,6 +434,50 @@ def test_rates_of_draws_with_the_same_rules_are_told_together() -> None:
     assert not gap_tables.together_table([]).rows
 
 
+def test_sets_are_told_of_single_effects_and_of_all_others_by_the_cases_of_any_card() -> None:
+    def row(status: str, covered: bool | None, mode: str = "emg_reference") -> dict[str, object]:
+        return {"plant": "P1", "mode": mode, "status": status, "covered": covered}
+
+    single = [row("single", True), row("single", True), row("single", False, "motion_reference")]
+    others = [row("null", True), row("unknown", True), row("pair", None), row("moved", None)]
+    salted = [{**row("single", False), "plant": "S"}]
+    modes = {"all": {"cases": {"single": 3}}, "emg_reference": {"cases": {"single": 2}}}
+    card = {"rules": {}, "cases": [*single, *others, *salted], "plants": {"P1": modes}}
+    [table] = gap_tables.score_tables(card).values()
+    rows = {row[0]: row for row in table.rows}
+    assert rows["90 % set holds the truth, single effects"][1].startswith("67 %")
+    assert rows["90 % set holds the truth, single effects"][2].startswith("100 %")
+    assert rows["90 % set holds the truth, all others"][1].endswith("2 cases")
+    # What a card of an earlier draw did not score is not without a case.
+    assert rows["channel with the largest change named"][1] == "not scored then"
+    table = gap_tables.together_table([card, card])
+    rows = {row[0]: row for row in table.rows}
+    assert rows["90 % set holds the truth, single effects"][1].endswith("6 cases")
+    assert rows["90 % set holds the truth, all others"][1].startswith("100 %")
+
+
+def test_sets_of_committed_draws_hold_single_effects_less_often_than_others() -> None:
+    """By hand, of the draws of 2026-11-29 04:12 and 07:56: 20 of 28, and 75 of 75."""
+    folder = REPOSITORY / "reports" / "blind_scores"
+    names = ("2026-11-29T041214Z", "2026-11-29T075648Z")
+    cards = [json.loads((folder / f"{name}.json").read_text("utf-8")) for name in names]
+    rows = {row[0]: row for row in gap_tables.together_table(cards).rows}
+    single, others = (
+        rows[f"90 % set holds the truth, {kind}"][1] for kind in ("single effects", "all others")
+    )
+    assert (single[:4], others[:5]) == ("71 %", "100 %")
+    assert (single.split(", ")[-1], others.split(", ")[-1]) == ("28 cases", "75 cases")
+    assert rows["channel with the largest change named"][1].endswith("14 cases")
+
+
+def test_baselines_stand_below_what_is_counted_by_their_rule() -> None:
+    names = [path for _, path, _ in gap_tables.SCORES]
+    for group in ((), ("large",)):
+        first = names.index((*group, "effect_top1"))
+        below = [path for path in names if path[:-1] == (*group, "baselines")]
+        assert names[first + 1 : first + 1 + len(below)] == below
+
+
 def test_every_draw_of_blind_cases_stands_beside_the_others() -> None:
     rate = {"value": 0.5, "hits": 1, "n": 2, "wilson95": [0.1, 0.9]}
     error = {"relative_error": {"median": 0.3, "n": 2}}

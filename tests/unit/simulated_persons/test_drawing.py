@@ -173,6 +173,54 @@ def shows(plan: Plan) -> Recordings:
     return everywhere(plan, {"reference": still(), "test": moved, OTHERWISE: still()})
 
 
+def test_repeats_of_salted_motion_scatter_in_clavicle_and_scapula_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "salted")
+    trials = {("test", task, repeat): still() for task in plan.tasks for repeat in (0, 1)}
+    monkeypatch.setattr(attempts, "salted", lambda *_: trials)
+    [found] = drawn_cases(STUDY, [plan])
+    for task in plan.tasks:
+        exact, repeat = (found.recordings["test", task, number] for number in (0, 1))
+        np.testing.assert_array_equal(exact.angles_rad, still().angles_rad)
+        off = np.rad2deg(np.sqrt(np.mean((repeat.angles_rad - exact.angles_rad) ** 2, axis=0)))
+        assert np.all(off[:6] > 0.1)
+
+
+def test_names_of_blind_cases_are_not_drawn_with_their_causes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(generate, "load_study", lambda *_: STUDY)
+    monkeypatch.setattr(generate, "write_case", lambda *_: None)
+    simulate_by(monkeypatch, shows)
+
+    def drawn(keys: Path, *more: str) -> tuple[int, set[str], set[str]]:
+        """Seed, names of the cases, and names by that seed."""
+        places = [f"--{name}={tmp_path}" for name in ("results", "participants", "out")]
+        fixed = ["--cases=3", "--kind=null", "--names", "par1", *places, f"--keys={keys}"]
+        generate.main([*fixed, *more])
+        seed = json.loads((keys / generate.DRAW).read_text())["seed"]
+        names = {path.stem for path in keys.glob("*.json")} - {"draw"}
+        return seed, names, {plan.id for plan in draw_plans(seed, 3, ("par1",), "null")}
+
+    seed, names, by_seed = drawn(tmp_path / "blind")
+    assert seed >= 2**64
+    assert len(names) == 3
+    assert not names & by_seed
+    seed, names, by_seed = drawn(tmp_path / "open", "--seed=5")
+    assert (seed, names) == (5, by_seed)
+
+
+def test_the_name_of_a_replaced_case_is_not_drawn_with_its_cause() -> None:
+    [plan] = draw_plans(2, 1, ("par1",), "null")
+    other = attempts._instead(attempts.Attempt(plan, plan.person), ("par1",))
+    seed = int(np.random.default_rng([plan.seed, 3]).integers(2**31))
+    [by_seed] = draw_plans(seed, 1, ("par1",), "null", plan.plant)
+    assert other.plan.seed == by_seed.seed
+    assert other.plan.id not in (by_seed.id, plan.id)
+    assert len(other.plan.id) == len(plan.id)
+
+
 def write_by(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, recorded: Record) -> dict:
     """Cases written with what a function says of each plan: what is noted of the draw."""
     simulate_by(monkeypatch, recorded)

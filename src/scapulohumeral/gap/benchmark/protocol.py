@@ -2,8 +2,9 @@
 
 Commit and reveal: whoever draws the cases publishes SHA-256(salt + key) of every key and a hash of
 every case; whoever answers records hashes of the answers and of the code that made them; only then
-are keys and salts opened, and a score counts only if all hashes agree. A second scoring of the
-same answers, or of new ones, is labelled as such for ever.
+are keys and salts opened, and a score counts only if all hashes agree. Whoever opens them is noted
+before that, be it to score, to fit weights or to tell limits: a later score is labelled as such for
+ever.
 
 The keys lie in a folder that the one who draws names, outside of the checkout. Answering takes no
 such folder, and each diagnosis runs as a process of its own that is given the trials of one case.
@@ -20,24 +21,38 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from scapulohumeral.configuration.check import STUDY
 from scapulohumeral.errors import DataError
+from scapulohumeral.gap.benchmark.open_keys import key_file, looks, now, opened_keys
 from scapulohumeral.gap.benchmark.score_card import REGISTERED, score_card
 from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
 from scapulohumeral.gap.parallel import side_by_side
-from scapulohumeral.gap.run import COMMAND, RESULT, Request, answering_code, settings_hash
+from scapulohumeral.gap.run import (
+    COMMAND,
+    PACKAGE,
+    RESULT,
+    Request,
+    answering_code,
+    settings_hash,
+)
 from scapulohumeral.gap.settings import VIEWS, read_diagnosis_config, read_settings, sections_read
+from scapulohumeral.instructions import kept_instruction_hash
 from scapulohumeral.provenance import file_hash, files_below
 
 SEAL_SCHEMA, ANSWER_SCHEMA, SCORE_SCHEMA = "blind-seal/1", "blind-answers/1", "blind-scores/1"
-SALTS, LOOKS, ANSWERS = "salts.json", "looks.json", "answers.json"
+SALTS, ANSWERS = "salts.json", "answers.json"
 SALT_BYTES = 32
 # Gap on the hidden task before and after a candidate of an answer; None: unknown.
 Shrinks = Callable[[ScoredCase, Mapping[str, Any]], HiddenGap | None]
+# What makes a score card: `score`, and what it is given.
+SCORING = (
+    "scapulohumeral.gap.benchmark.protocol:score",
+    "scapulohumeral.gap.benchmark.noise_free.hidden_task:hidden_shrinkage",
+)
 DIAGNOSE = (sys.executable, "-m", COMMAND, "gap", "diagnose")
 
 
@@ -78,11 +93,14 @@ def seal(cases: Path, keys: Path, published: Path, known: bool = False) -> None:
     names = _case_names(cases)
     salts = {name: secrets.token_hex(SALT_BYTES) for name in names}
     hashes = {
-        name: {"key": _key_hash(keys, name, salts[name]), "inputs": folder_hash(cases / name)}
+        name: {
+            "key": _key_hash(key_file(keys, name).read_bytes(), salts[name]),
+            "inputs": folder_hash(cases / name),
+        }
         for name in names
     }
     _write(keys / SALTS, salts)
-    document = {"schema": SEAL_SCHEMA, "date": _today(), "known": known, "rules": REGISTERED}
+    document = {"schema": SEAL_SCHEMA, "date": now(), "known": known, "rules": REGISTERED}
     _write(published, document | {"cases": hashes})
 
 
@@ -109,7 +127,7 @@ def answer(files: BlindFiles, jobs: int, command: Sequence[str] = DIAGNOSE) -> N
         "sealed": file_hash(files.published),
     }
     record_file = files.answers / ANSWERS
-    record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": _today(), **made_by, "cases": {}}
+    record: dict[str, Any] = {"schema": ANSWER_SCHEMA, "date": now(), **made_by, "cases": {}}
     if record_file.exists():
         record = _read(record_file, ANSWER_SCHEMA)
     if any(record.get(key) != value for key, value in made_by.items()):
@@ -155,46 +173,86 @@ def score(
 
     Raises
     ------
-    DataError                        a key, answer or case does not fit its hash, or is missing
+    DataError                        as :func:`opened_cases`
     """
-    cases = opened_cases(files, keys)
+    cases = opened_cases(files, keys, "scores")
+    *before, _ = looks(keys)
     sealed = _read(files.published, SEAL_SCHEMA)
     record = _read(files.answers / ANSWERS, ANSWER_SCHEMA)
     if shrinks is not None:
         cases = side_by_side(partial(_with_hidden, shrinks=shrinks), [(c,) for c in cases], jobs)
-    before = _looks(keys)
+    other_rules = _rules_since(sealed)
     card: dict[str, Any] = {
         "schema": SCORE_SCHEMA,
-        "look": _look(len(before) + 1, sealed.get("known", False)),
+        "look": _look(len(before) + 1, sealed.get("known", False), bool(other_rules)),
         "earlier_looks": before,
-        "sealed": {"date": sealed["date"], "hash": file_hash(files.published)},
-        "answered": {"date": record["date"], "code": record["code"]},
-        "scored": {"date": _today(), "cases": len(cases)},
+        "sealed": {
+            "date": sealed["date"],
+            "hash": file_hash(files.published),
+            "other_rules": other_rules,
+        },
+        "answered": _answered(record),
+        "scored": {"date": now(), "cases": len(cases), "code": scoring_code()},
         **score_card(cases),
     }
     _write(out, card)
-    look = {"answered": card["answered"], "scored": card["scored"]}
-    (keys / LOOKS).write_text(json.dumps([*before, look], indent=1) + "\n", encoding="utf-8")
     return card
 
 
-def opened_cases(files: BlindFiles, keys: Path) -> list[ScoredCase]:
+def _rules_since(sealed: Mapping[str, Any]) -> dict[str, Any]:
+    """Rules as they were sealed, of those that scores are no longer made by; None: there was none.
+
+    Scores are made by the present ones, which stand in the card as a whole.
+    """
+    rules = sealed.get("rules", {})
+    names = sorted(rules.keys() | REGISTERED.keys())
+    return {k: rules.get(k) for k in names if rules.get(k) != REGISTERED.get(k)}
+
+
+@cache
+def scoring_code() -> str:
+    """Hash of the instructions that make a score card."""
+    return kept_instruction_hash(SCORING, PACKAGE)
+
+
+def _answered(record: Mapping[str, Any]) -> dict[str, Any]:
+    return {"date": record["date"], "code": record["code"]}
+
+
+def opened_cases(files: BlindFiles, keys: Path, why: str) -> list[ScoredCase]:
     """All cases with their answers and keys, once every hash agrees.
+
+    Answers are checked before the keys are opened.
+
+    Parameters
+    ----------
+    files : cases, published hashes, answers
+    keys : folder of keys and salts; the look at them is noted there
+    why : they are opened
 
     Raises
     ------
-    DataError                        a key, answer or case does not fit its hash, or is missing
+    DataError                        a key, answer or case does not fit its hash, or is missing;
+                                     answers are to other cases, or of other code than recorded
     """
     sealed = _read(files.published, SEAL_SCHEMA)["cases"]
     record = _read(files.answers / ANSWERS, ANSWER_SCHEMA)
+    # Records of earlier draws do not say.
+    if record.get("sealed", file_hash(files.published)) != file_hash(files.published):
+        raise DataError(
+            f"{files.answers / ANSWERS}: answers to other cases than {files.published} has, or "
+            "this was changed since; restore it, or name the answers to its cases."
+        )
+    documents = {name: _document(files, name, hashes, record) for name, hashes in sealed.items()}
+    opened = opened_keys(keys, sorted(sealed), why, answered=_answered(record))
     salts = json.loads((keys / SALTS).read_text(encoding="utf-8"))
     cases = []
-    for name, hashes in sorted(sealed.items()):
-        if _key_hash(keys, name, salts.get(name, "")) != hashes["key"]:
+    for name, key in opened.items():
+        if _key_hash(key, salts.get(name, "")) != sealed[name]["key"]:
             raise DataError(f"{keys / name}.json: not the key that was sealed; restore it.")
-        if folder_hash(files.cases / name) != hashes["inputs"]:
-            raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
-        cases.append(_scored_case(files, keys, name, record))
+        folders = (files.cases / name, files.answers / name)
+        seconds = record["cases"][name]["seconds"]
+        cases.append(ScoredCase(*folders, json.loads(key), documents[name], seconds))
     return cases
 
 
@@ -261,32 +319,36 @@ def folder_request(folder: Path, config: Path, cache: Path) -> Request:
     )
 
 
-def _scored_case(files: BlindFiles, keys: Path, name: str, record: dict) -> ScoredCase:
+def _document(
+    files: BlindFiles, name: str, sealed: Mapping[str, str], record: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    """The answer to a case, None if there is none, once its hashes agree with the record."""
+    if folder_hash(files.cases / name) != sealed["inputs"]:
+        raise DataError(f"{files.cases / name}: changed after sealing; restore it.")
     entry = record["cases"].get(name)
     if entry is None:
         raise DataError(f"{files.answers}: no answer for case {name}; run `gap blind answer`.")
+    if entry["result"] is None:
+        return None
     result = files.answers / name / RESULT
-    document = None
-    if entry["result"] is not None:
-        if not result.exists() or file_hash(result) != entry["result"]:
-            raise DataError(f"{result}: not the answer that was recorded; restore it.")
-        document = json.loads(result.read_text(encoding="utf-8"))
-    key = json.loads((keys / f"{name}.json").read_text(encoding="utf-8"))
-    folders = (files.cases / name, files.answers / name)
-    return ScoredCase(*folders, key, document, entry["seconds"])
+    if not result.exists() or file_hash(result) != entry["result"]:
+        raise DataError(f"{result}: not the answer that was recorded; restore it.")
+    document: dict[str, Any] = json.loads(result.read_text(encoding="utf-8"))
+    code = document.get("hashes", {}).get("code")
+    if code != record["code"]:
+        raise DataError(
+            f"{result}: by code {code}; expected {record['code']}, which {ANSWERS} records. Code "
+            "changed while cases were answered: answer them all by one, into another folder."
+        )
+    return document
 
 
-def _look(number: int, known: bool) -> str:
+def _look(number: int, known: bool, other_rules: bool) -> str:
     """What a score card is worth as evidence."""
+    look = "first look" if number == 1 else f"look {number}: keys were open"
     if known:
-        return "open draw: its seed was known"
-    return "first look" if number == 1 else f"look {number}: keys were open"
-
-
-def _looks(keys: Path) -> list[dict[str, Any]]:
-    """Who opened the keys before. It is noted beside them, because score cards can be deleted."""
-    path = keys / LOOKS
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+        look = "open draw: its seed was known"
+    return f"{look}; by other rules than were sealed" if other_rules else look
 
 
 def _case_names(cases: Path) -> list[str]:
@@ -296,11 +358,8 @@ def _case_names(cases: Path) -> list[str]:
     return names
 
 
-def _key_hash(keys: Path, name: str, salt: str) -> str:
-    path = keys / f"{name}.json"
-    if not path.is_file():
-        raise DataError(f"{path}: missing; expected the key of case {name}.")
-    return hashlib.sha256(bytes.fromhex(salt) + path.read_bytes()).hexdigest()
+def _key_hash(key: bytes, salt: str) -> str:
+    return hashlib.sha256(bytes.fromhex(salt) + key).hexdigest()
 
 
 def _read(path: Path, schema: str) -> dict[str, Any]:
@@ -316,7 +375,3 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
 def _write(path: Path, document: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-
-
-def _today() -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())

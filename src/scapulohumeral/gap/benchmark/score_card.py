@@ -9,7 +9,7 @@ An answer that is missing, failed or abstained is wrong wherever a cause was ask
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from scapulohumeral.gap.benchmark.metrics import (
     reliability,
     spread,
 )
+from scapulohumeral.gap.benchmark.noise_free.key_change import change_over_movement
 from scapulohumeral.gap.benchmark.rules_of_thumb import control_shares
 from scapulohumeral.gap.benchmark.scored_case import (
     LARGE_MULTIPLE,
@@ -60,8 +61,11 @@ REGISTERED = {
     "errors (root mean square over the movement) in one channel of a visible task; without "
     "reference trials the error of a model counts too (4 deg, 0.08 of maximal EMG)",
     "large": "a single effect at least large_multiple times the smallest detectable amplitude that "
-    "the answer publishes for its parameter, both as distance from off; one that is not listed is "
-    "smaller; one whose parameter the answer does not know, or without answer, counts as large",
+    "the answer publishes for its parameter, both as distance from off, of factors as logarithm; "
+    "one that is not listed is smaller; one whose parameter the answer does not know, or without "
+    "answer, counts as large",
+    "without_size": "single effects that plant and library measure in different terms: whatever "
+    "their size, they are not large, and have scores of their own",
     "moved": "where the test movement was done otherwise by as much as an effect has to show, "
     "control/movement_strategy is a right answer too, beside the injected effect; where nothing "
     "else shows it is the right one, and the case counts as moved, not as a single",
@@ -71,7 +75,8 @@ REGISTERED = {
     "effect_top1": "the same, but only the injected effect is right",
     "class_top1": "the most probable class, or candidate without one, holds the right family",
     "set90": "holds the right label (member may be left out), no_gap for nulls, none for unknowns; "
-    "an effect that hardly shows is also covered by no_gap",
+    "an effect that hardly shows is also covered by no_gap; of all cases but pairs, and of single "
+    "effects and all others apart",
     "both_or_one_and_more": "pairs whose first answer is both families, or one of them with the "
     "remark that something is left",
     "says_more": "singles whose family is right and that have this remark",
@@ -85,10 +90,16 @@ REGISTERED = {
     "cause_calibration": "calibration of the first family as the cause, which probabilities are "
     "fitted to: another movement beside one that shows is not right",
     "calibration_bins": CALIBRATION_BINS,
+    "rejected": "answers to unknown causes whose none_p is larger than that of all singles with a "
+    "verdict but false_rejection of them (a value that one of them has), and answers without "
+    "verdict; how many singles are without verdict stands beside",
     "false_rejection": FALSE_REJECTION,
     "sure": SURE,
     "kept_share": KEPT_SHARE,
     "large_multiple": LARGE_MULTIPLE,
+    "regions": "channels and phases of the movement at which the change of the key is at least "
+    "region_sigma standard errors; a key holds recordings with rest before and after, of which the "
+    "movement of the test trial without noise is taken",
     "region_sigma": REGION_SIGMA,
 }
 
@@ -110,9 +121,14 @@ def score_card(cases: Sequence[ScoredCase]) -> dict[str, Any]:
 
 
 def rejection_threshold(cases: Sequence[ScoredCase]) -> float:
-    """Probability of "none" above which a cause counts as unknown: few single effects have it."""
-    known = [none_p(case) for case in cases if case.status == "single"]
-    return float(np.quantile(known, 1.0 - FALSE_REJECTION)) if known else 1.0
+    """Probability of "none" above which a cause counts as unknown: few single effects have it.
+
+    Singles without a verdict have none, and are counted on their own: with them nothing could be
+    above where more than a few abstain. Between two singles nothing is made up.
+    """
+    answered = [case for case in cases if case.status == "single" and case.verdict is not None]
+    known = [none_p(case) for case in answered]
+    return float(np.quantile(known, 1.0 - FALSE_REJECTION, method="higher")) if known else 1.0
 
 
 def group_scores(cases: Sequence[ScoredCase], threshold: float | None = None) -> dict[str, Any]:
@@ -144,6 +160,7 @@ def group_scores(cases: Sequence[ScoredCase], threshold: float | None = None) ->
         "seconds": spread([case.seconds for case in cases]),
         "confusion": _confusion(cases),
         "large": _single_scores([case for case in single if case.large]),
+        "without_size": _single_scores([case for case in single if case.without_size]),
     }
 
 
@@ -167,7 +184,16 @@ def _set_scores(cases: Sequence[ScoredCase]) -> dict[str, Any]:
     covered = [(is_covered(case), case) for case in cases]
     counted = [(hit, case) for hit, case in covered if hit is not None]
     sizes = [len(case.answer["set90"]) for _, case in counted if case.answer is not None]
-    return {"coverage": rate([bool(hit) for hit, _ in counted]), "mean_size": mean(sizes)}
+    single, other = (
+        [hit for hit, case in counted if (case.status == "single") is asked]
+        for asked in (True, False)
+    )
+    return {
+        "coverage": rate([hit for hit, _ in counted]),
+        # No effect, and what hardly shows or is unknown, is held nearly by how sets are made.
+        "coverage_by_kind": {"single effects": rate(single), "others": rate(other)},
+        "mean_size": mean(sizes),
+    }
 
 
 def _calibration(
@@ -207,10 +233,19 @@ def _unknown_scores(
     high = [none_p(case) for case in unknown]
     low = [none_p(case) for case in known]
     distance = {
-        name: rate([none_p(c) > threshold for c in unknown if f"/{name}/" in c.truth[0]])
+        name: rate([_is_rejected(c, threshold) for c in unknown if f"/{name}/" in c.truth[0]])
         for name in ("far", "near")
     }
-    return {"auroc": area_under_curve(high, low), "rejected": distance}
+    return {
+        "auroc": area_under_curve(high, low),
+        "rejected": distance,
+        "singles_without_verdict": rate([case.verdict is None for case in known]),
+    }
+
+
+def _is_rejected(case: ScoredCase, threshold: float) -> bool:
+    """Whether an answer says that the cause is none that it knows, or names none."""
+    return case.verdict is None or none_p(case) > threshold
 
 
 def _moved_scores(moved: Sequence[ScoredCase]) -> dict[str, Any]:
@@ -293,21 +328,27 @@ def _region_scores(single: Sequence[ScoredCase]) -> dict[str, Any]:
     for case in single:
         if case.verdict is None:
             continue
-        channels = list(case.key["channels"])
-        change = np.max([np.abs(np.array(t)) for t in case.key["change_sigma"].values()], axis=0)
-        truth, found = change >= REGION_SIGMA, np.zeros(change.shape, dtype=bool)
-        shows = case.verdict["regions"]["shows"]
-        for region in shows:
-            start, end = region["phase_percent"]
-            if region["channel"] in channels:
-                found[round(start) : round(end) + 1, channels.index(region["channel"])] = True
-        both, either = np.sum(truth & found), np.sum(truth) + np.sum(found)
-        scores.append(float(2 * both / either) if either else 1.0)
+        shows, footprint = case.verdict["regions"]["shows"], case.key["footprint"]
+        scores.append(_region_f1(case.key, shows))
         if shows:
             top = max(shows, key=lambda region: region["share"])["channel"]
-            footprint = case.key["footprint"]
             largest.append(top == max(footprint, key=lambda name: footprint[name]))
     return {"f1": spread(scores), "largest_channel": rate(largest)}
+
+
+def _region_f1(key: Mapping[str, Any], shows: Sequence[Mapping[str, Any]]) -> float | None:
+    """F1 of the points of regions; None for keys that do not tell phases by curves."""
+    change = change_over_movement(key)
+    if change is None:
+        return None
+    channels = list(key["channels"])
+    truth, found = change >= REGION_SIGMA, np.zeros(change.shape, dtype=bool)
+    for region in shows:
+        start, end = region["phase_percent"]
+        if region["channel"] in channels:
+            found[round(start) : round(end) + 1, channels.index(region["channel"])] = True
+    both, either = np.sum(truth & found), np.sum(truth) + np.sum(found)
+    return float(2 * both / either) if either else 1.0
 
 
 def _confusion(cases: Sequence[ScoredCase]) -> dict[str, dict[str, int]]:

@@ -152,10 +152,10 @@ class ScoredCase:
     @property
     def large(self) -> bool:
         """Whether one effect was injected, several times the smallest that would be found."""
-        if self.status != "single":
+        if self.status != "single" or self.without_size:
             return False
         [effect] = self.key["effects"]
-        if self.answer is None or self.answer["gap"] is None or effect["parameter"] is None:
+        if self.answer is None or self.answer["gap"] is None:
             return True
         names = {
             param["name"]
@@ -168,15 +168,25 @@ class ScoredCase:
         listed = self.answer["gap"]["smallest_detectable"]
         shown = (effect["label"], effect["parameter"])
         smallest = [d["value"] for d in listed if (d["label"], d["parameter"]) == shown]
-        off = absent_value(effect["parameter"])
-        away = abs(effect["amplitude"] - off)
-        return any(away >= LARGE_MULTIPLE * abs(value - off) for value in smallest)
+        size = size_of(effect["parameter"], effect["amplitude"])
+        return any(
+            size >= LARGE_MULTIPLE * size_of(effect["parameter"], value) for value in smallest
+        )
+
+    @property
+    def without_size(self) -> bool:
+        """Whether one effect was injected that plant and library measure in different terms."""
+        return self.status == "single" and self.key["effects"][0]["parameter"] is None
 
     @property
     def true_candidate(self) -> Mapping[str, Any] | None:
-        """The candidate of the injected effect; None without an answer or if it is none."""
+        """The candidate of the injected effect; None without an answer or if it is none.
+
+        Of several that name it, such as one of all members, the one with its very label.
+        """
         candidates = () if self.verdict is None else self.verdict["candidates"]
-        return next((c for c in candidates if matches(c["label"], self.truth[0])), None)
+        named = [c for c in candidates if matches(c["label"], self.truth[0])]
+        return max(named, key=lambda c: c["label"] == self.truth[0], default=None)
 
     @cached_property
     def baselines(self) -> dict[str, str]:
@@ -262,6 +272,15 @@ def none_p(case: ScoredCase) -> float:
 def absent_value(parameter: str) -> float:
     """Value at which an effect is absent."""
     return 1.0 if parameter.endswith("_factor") else 0.0
+
+
+def size_of(parameter: str, value: float) -> float:
+    """Distance from an absent effect on the scale that is fitted: logarithms of factors.
+
+    The smallest that would be found is published to one side of it, and holds for both.
+    """
+    off = absent_value(parameter)
+    return abs(math.log(value / off) if parameter.endswith("_factor") else value - off)
 
 
 def found_amplitude(case: ScoredCase, name: str | None) -> Mapping[str, Any] | None:

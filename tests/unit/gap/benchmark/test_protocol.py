@@ -10,7 +10,13 @@ import pytest
 from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap import cli
+from scapulohumeral.gap.benchmark import protocol
+from scapulohumeral.gap.benchmark.noise_free.limits import limits
+from scapulohumeral.gap.benchmark.open_draws.open_cases import read_scored_cases
+from scapulohumeral.gap.benchmark.open_keys import looks
 from scapulohumeral.gap.benchmark.protocol import SALTS, BlindFiles, answer, score, seal
+from scapulohumeral.gap.benchmark.score_card import REGISTERED
+from scapulohumeral.gap.run import answering_code
 
 pytestmark = pytest.mark.unit
 
@@ -24,6 +30,7 @@ NO_GAP_ANSWER = {
     "classes": [],
     "regions": {"shows": [], "enters": []},
     "shrinkage": None,
+    "hashes": {"code": answering_code()},
 }
 # Stands for `gap diagnose`: writes the same answer for every case.
 WRITER = """
@@ -91,6 +98,94 @@ def test_honest_answers_are_scored(
     again = score(answered, keys(answered), tmp_path / "scores.json")
     assert again["look"].startswith("look 2")
     assert len(again["earlier_looks"]) == 1
+    assert again["earlier_looks"][0]["answered"] == card["answered"]
+    assert card["scored"]["code"] == protocol.scoring_code() != card["answered"]["code"]
+    assert card["sealed"]["other_rules"] == {}
+
+
+@pytest.fixture
+def no_baselines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cases here have no trials that a baseline could read."""
+    monkeypatch.setattr("scapulohumeral.gap.benchmark.scored_case.baseline_families", lambda *_: {})
+
+
+def places(files: BlindFiles) -> dict[str, str]:
+    """Where a draw lies, as weights are fitted to it."""
+    folders = {name: str(getattr(files, name)) for name in ("cases", "published", "answers")}
+    return {**folders, "keys": str(keys(files))}
+
+
+@pytest.mark.usefixtures("no_baselines")
+@pytest.mark.parametrize("way", ["weights", "limits", "scores that fail"])
+def test_whoever_opened_keys_leaves_a_look(
+    answered: BlindFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    """The look is noted before the first key is read, whatever comes of it."""
+    if way == "weights":
+        read_scored_cases({"one": places(answered)})
+    elif way == "limits":
+        with pytest.raises(DataError, match="'noise_free' is missing"):
+            limits(answered.cases, keys(answered), tmp_path / "none.yaml", tmp_path)
+    else:
+        with monkeypatch.context() as broken:
+            broken.setattr(protocol, "score_card", lambda _: 1 / 0)
+            with pytest.raises(ZeroDivisionError):
+                score(answered, keys(answered), tmp_path / "scores.json")
+    card = score(answered, keys(answered), tmp_path / "scores.json")
+    assert card["look"] == "look 2: keys were open"
+    assert card["earlier_looks"][0]["opened"]["date"] <= card["scored"]["date"]
+
+
+@pytest.mark.usefixtures("no_baselines")
+def test_looks_of_earlier_drafts_count(answered: BlindFiles, tmp_path: Path) -> None:
+    early = [{"answered": {"date": "2026-11-21"}, "scored": {"date": "2026-11-21", "cases": 2}}]
+    (keys(answered) / "looks.json").write_text(json.dumps(early))
+    card = score(answered, keys(answered), tmp_path / "scores.json")
+    assert card["look"].startswith("look 2")
+    assert card["earlier_looks"] == early
+    assert looks(keys(answered))[:1] == early
+
+
+def test_no_look_is_noted_where_answers_are_refused(answered: BlindFiles, tmp_path: Path) -> None:
+    (answered.answers / "a1" / "result.json").unlink()
+    with pytest.raises(DataError, match="not the answer that was recorded"):
+        score(answered, keys(answered), tmp_path / "scores.json")
+    assert looks(keys(answered)) == []
+
+
+def test_answers_to_another_sealed_file_are_refused(answered: BlindFiles, tmp_path: Path) -> None:
+    sealed = json.loads(answered.published.read_text())
+    answered.published.write_text(json.dumps(sealed | {"date": "2020-01-01T00:00:00Z"}))
+    with pytest.raises(DataError, match="answers to other cases"):
+        score(answered, keys(answered), tmp_path / "scores.json")
+
+
+def test_an_answer_by_other_code_than_is_recorded_is_refused(
+    files: BlindFiles, tmp_path: Path
+) -> None:
+    seal(files.cases, keys(files), files.published)
+    script = tmp_path / "writer.py"
+    other = {**NO_GAP_ANSWER, "hashes": {"code": "0" * 64}}
+    script.write_text(WRITER.format(answer=json.dumps(other)))
+    answer(files, 1, (sys.executable, str(script)))
+    with pytest.raises(DataError, match="by code 0000"):
+        score(files, keys(files), tmp_path / "scores.json")
+
+
+@pytest.mark.usefixtures("no_baselines")
+def test_a_card_says_which_rules_are_others_than_were_sealed(
+    files: BlindFiles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    early = {**REGISTERED, "sure": 0.7, "gone": "a rule that was dropped"}
+    del early["set90"]
+    with monkeypatch.context() as before:
+        before.setattr(protocol, "REGISTERED", early)
+        seal(files.cases, keys(files), files.published)
+    answer(files, 1, command(files))
+    card = score(files, keys(files), tmp_path / "scores.json")
+    assert card["look"] == "first look; by other rules than were sealed"
+    assert card["sealed"]["other_rules"] == {"gone": early["gone"], "set90": None, "sure": 0.7}
+    assert card["rules"]["sure"] == REGISTERED["sure"]
 
 
 def test_a_draw_whose_seed_was_known_is_never_called_a_first_look(
@@ -116,6 +211,7 @@ def test_changed_key_is_refused(answered: BlindFiles, tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("null", "single"))
     with pytest.raises(DataError, match=r"a1\.json: not the key that was sealed"):
         score(answered, keys(answered), tmp_path / "scores.json")
+    assert len(looks(keys(answered))) == 1
 
 
 def test_changed_answer_is_refused(answered: BlindFiles, tmp_path: Path) -> None:

@@ -14,11 +14,15 @@ from scapulohumeral.gap.benchmark.metrics import (
     family_probabilities,
     rate,
 )
+from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.protocol import _with_hidden
 from scapulohumeral.gap.benchmark.score_card import group_scores, rejection_threshold, score_card
-from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase
+from scapulohumeral.gap.benchmark.scored_case import HiddenGap, ScoredCase, size_of
+from scapulohumeral.gap.effects.base import Setup
+from scapulohumeral.gap.effects.library import library
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE, matches
 from scapulohumeral.gap.left_over import LeftOver, left_in_words
+from simulated_persons.effects import LIBRARY_LIKE
 
 pytestmark = pytest.mark.unit
 
@@ -31,6 +35,9 @@ def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: i
     effects = [{"label": label, "parameter": "f0_factor", "amplitude": amplitude}]
     change = np.zeros((101, 2))
     change[40:61, 1] = 5.0
+    time, lifted = np.linspace(0.0, 2.0, 101), np.zeros((101, 10))
+    lifted[:, 7] = -10.0 - 30.0 * time
+    trial = {"time_s": time, "angles_deg": lifted, "emg": None}
     return {
         "case": f"c{number}",
         "plant": "P1",
@@ -40,6 +47,7 @@ def key(label: str | None, shown: bool = True, amplitude: float = 0.5, number: i
         "channels": ["SC_rx", "EMG_infra"],
         "footprint": {"SC_rx": 0.1, "EMG_infra": 4.0},
         "change_sigma": {"frontal": change.tolist()},
+        "noise_free": {"frontal": {"test": trial}},
     }
 
 
@@ -125,6 +133,26 @@ def test_right_and_wrong_singles() -> None:
     assert scores["baselines"]["prior_only"]["value"] == 0.0
 
 
+def test_regions_are_those_of_the_movement_and_not_of_the_recording() -> None:
+    """The arm rests in the first and last quarter: 40 to 60 % of the recording are 30 to 70."""
+    resting = key(TEAR)
+    curves = resting["noise_free"]["frontal"]["test"]
+    curves["angles_deg"][:, 7] = -10.0 - 60.0 * np.clip(curves["time_s"] - 0.5, 0.0, 1.0)
+    start, end = noise_free_trial(curves, resting["channels"], "frontal", "test").window_s
+    assert (start, end) == pytest.approx((0.5, 1.5), abs=0.1)
+
+    def f1(first: float, last: float) -> float:
+        region = {"channel": "EMG_infra", "phase_percent": [first, last], "share": 1.0}
+        named = case(resting, answer({TEAR: 0.9}, regions={"shows": [region]}))
+        return group_scores([named])["regions"]["f1"]["median"]
+
+    assert f1(31, 69) > 0.95 > f1(40, 60)
+    # Keys of earlier draws hold no trial without noise.
+    del resting["noise_free"]
+    early = group_scores([case(resting, answer({TEAR: 0.9}))])["regions"]
+    assert (early["f1"]["n"], early["largest_channel"]["n"]) == (0, 1)
+
+
 def test_a_class_that_holds_the_truth_is_right() -> None:
     both = {"labels": [TEAR, GAIN], "p": 0.9}
     answered = answer({GAIN: 0.5, TEAR: 0.4}, classes=[both])
@@ -154,6 +182,56 @@ def test_bars_ask_for_effects_twice_the_smallest_detectable() -> None:
     assert scores["large"]["baselines"]["prior_only"]["n"] == 2
 
 
+def test_effects_without_a_size_to_compare_are_counted_apart() -> None:
+    stiff = key("body/passive_gh", amplitude=0.1)
+    stiff["effects"][0]["parameter"] = None
+    found = case(stiff, answer({"body/passive_gh": 0.9}))
+    assert not found.large
+    scores = group_scores([found, case(stiff, None), case(key(TEAR), None)])
+    assert scores["large"]["family_top1"]["n"] == 1
+    apart = scores["without_size"]["family_top1"]
+    assert (apart["hits"], apart["n"]) == (1, 2)
+
+
+@pytest.mark.parametrize("factor", [0.4, 1.0 / 0.4])
+def test_a_factor_and_its_inverse_are_equally_large(factor: float) -> None:
+    """The smallest that would be found is published above one: 1.5 stands for 1 / 1.5 as well."""
+    gain = key(GAIN, amplitude=factor)
+    gain["effects"][0]["parameter"] = "gain_factor"
+
+    def promised(value: float) -> ScoredCase:
+        smallest = [{"label": GAIN, "parameter": "gain_factor", "value": value}]
+        parameters = [{"name": "gain_factor", "value": factor, "ci95": None}]
+        return case(
+            gain,
+            answer(
+                {},
+                candidates=[{"label": GAIN, "p": 0.9, "parameters": parameters}],
+                gap={"present": True, "smallest_detectable": smallest},
+            ),
+        )
+
+    # Twice the logarithm of 1.5 is that of 2.25, below 2.5; that of 1.6 is above.
+    assert promised(1.5).large
+    assert not promised(1.6).large
+
+
+def test_sizes_are_on_the_scale_that_is_fitted() -> None:
+    channels = ("EMG_infra", "EMG_serr")
+    effects = library(Setup(("infra", "serr_ant"), channels, (channels,), True))
+    injected = [draw(np.random.default_rng(1)) for draw in LIBRARY_LIKE]
+    kinds = {(i.label.split("/")[1], i.parameter): i.amplitude for i in injected if i.parameter}
+    seen = {
+        (effect.family, param.name): param
+        for effect in effects
+        for param in effect.params
+        if (effect.family, param.name) in kinds
+    }
+    assert set(seen) == set(kinds)
+    for kind, param in seen.items():
+        assert size_of(kind[1], kinds[kind]) == pytest.approx(abs(param.internal(kinds[kind])))
+
+
 def test_nulls_count_for_false_alarms_only() -> None:
     quiet = case(key(None), answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"]))
     alarm = case(key(None, number=2), answer({TEAR: 0.9}))
@@ -161,6 +239,16 @@ def test_nulls_count_for_false_alarms_only() -> None:
     assert scores["false_alarms"]["value"] == 0.5
     assert scores["detection"]["n"] == 0
     assert scores["set90"]["coverage"]["value"] == 0.5
+
+
+def test_sets_are_judged_of_single_effects_apart_from_all_others() -> None:
+    quiet = answer({}, present=False, no_gap_p=0.9, none_p=0.1, set90=["no_gap"])
+    held, missed = answer({TEAR: 0.9}), answer({GAIN: 0.9})
+    cases = [case(key(TEAR), held), case(key(TEAR), missed), case(key(TEAR), missed)]
+    cases += [case(key(None), quiet), case(key(TEAR, shown=False), quiet), case(key(None), None)]
+    found = group_scores(cases)["set90"]["coverage_by_kind"]
+    told = {kind: (share["hits"], share["n"]) for kind, share in found.items()}
+    assert told == {"single effects": (1, 3), "others": (2, 2)}
 
 
 def test_an_alarm_is_one_whether_a_cause_is_named_or_not() -> None:
@@ -205,6 +293,24 @@ def test_a_case_is_rejected_in_every_column_or_in_none() -> None:
     alone, together = group_scores([far], limit), group_scores([*known, far])
     rejected = [scores["unknown"]["rejected"]["far"]["value"] for scores in (alone, together)]
     assert rejected == [0.0, 0.0]
+
+
+def test_singles_that_abstain_do_not_decide_what_is_rejected() -> None:
+    """With them the threshold was 1 where more than a tenth abstains: nothing is above."""
+    known = [case(key(TEAR), answer({}, none_p=0.1 * k, no_gap_p=0.0)) for k in range(1, 9)]
+    silent = [case(key(TEAR), answer({}, status="abstained")), case(key(TEAR), None)]
+    sure = answer({}, none_p=0.85, no_gap_p=0.0)
+    like_singles = answer({}, none_p=0.75, no_gap_p=0.0)
+    far = [
+        case(key("unknown/far/friction"), one)
+        for one in (sure, like_singles, answer({}, status="abstained"))
+    ]
+    # Of eight singles the ninth tenth is the largest: 0.73 would lie between two of them.
+    assert rejection_threshold([*known, *silent]) == pytest.approx(0.8)
+    scores = group_scores([*known, *silent, *far])["unknown"]
+    assert scores["rejected"]["far"]["hits"] == 2
+    beside = scores["singles_without_verdict"]
+    assert (beside["hits"], beside["n"]) == (2, 10)
 
 
 def test_area_under_curve_counts_ties_half() -> None:
@@ -370,6 +476,22 @@ def test_oracle_is_the_injected_effect_whatever_was_answered() -> None:
     found = group_scores([replace(wrong, oracle=REMOVED), replace(wrong, oracle=None)])["shrinkage"]
     assert found["oracle_on_hidden_task"]["median"] == pytest.approx(REMOVED.reducible, abs=1e-4)
     assert found["true_on_hidden_task"]["n"] == found["removed_without_noise"]["n"] == 0
+
+
+def test_sizes_are_of_the_very_effect_and_not_of_all_members() -> None:
+    one, every = "control/co_contraction/EL", "control/co_contraction/all"
+    floors = [{"name": "tonic_floor", "value": value, "ci95": None} for value in (0.02, 0.1)]
+    found = [
+        {"label": label, "p": 0.4, "parameters": [floor]}
+        for label, floor in zip((every, one), floors, strict=True)
+    ]
+    truth = key(one, amplitude=0.1)
+    truth["effects"][0]["parameter"] = "tonic_floor"
+    named = case(truth, answer({every: 0.4}, candidates=found))
+    assert group_scores([named])["amplitude"]["relative_error"]["median"] == 0.0
+    # Where no answer has the very member, all of them are the next.
+    alone = case(truth, answer({every: 0.4}, candidates=found[:1]))
+    assert alone.true_candidate["label"] == every
 
 
 def test_a_gap_that_no_recording_would_show_has_no_reducible_share() -> None:

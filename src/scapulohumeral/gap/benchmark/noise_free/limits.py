@@ -21,6 +21,7 @@ import pandas as pd
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap.assembly import assemble
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
+from scapulohumeral.gap.benchmark.open_keys import opened_keys
 from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import YIELDS, ScoredCase
 from scapulohumeral.gap.detection import null_bank
@@ -84,7 +85,8 @@ def limits(cases: Path, keys: Path, config_file: Path, cache: Path) -> pd.DataFr
 
     Parameters
     ----------
-    cases : folder of case folders; keys : folder of opened keys, with curves free of noise
+    cases : folder of case folders
+    keys : folder of opened keys, with curves free of noise; the look at them is noted there
     config_file, cache : as for the diagnosis
 
     Raises
@@ -102,12 +104,14 @@ def limits(cases: Path, keys: Path, config_file: Path, cache: Path) -> pd.DataFr
 def _opened(cases: Path, keys: Path) -> list[ScoredCase]:
     """Cases whose cause shows, without answers."""
     found = []
-    for folder in sorted(path for path in cases.iterdir() if path.is_dir()):
-        path = keys / f"{folder.name}.json"
-        key = json.loads(path.read_text(encoding="utf-8"))
+    names = sorted(path.name for path in cases.iterdir() if path.is_dir())
+    for name, text in opened_keys(keys, names, "limits").items():
+        key = json.loads(text)
         if "noise_free" not in key:
-            raise DataError(f"{path}: key 'noise_free' is missing; draw the cases from their seed.")
-        scored = ScoredCase(folder, folder, key, None, 0.0)
+            raise DataError(
+                f"{keys / name}.json: key 'noise_free' is missing; draw the cases from their seed."
+            )
+        scored = ScoredCase(cases / name, cases / name, key, None, 0.0)
         if key["mode"]["reference"] and scored.status in KINDS:
             found.append(scored)
     return found

@@ -109,7 +109,8 @@ def read_scored_cases(draws: Mapping[str, Mapping[str, str]]) -> list[tuple[str,
     found = []
     for name, places in draws.items():
         files = BlindFiles(*(Path(places[key]) for key in ("cases", "published", "answers")))
-        found += [(name, case) for case in opened_cases(files, Path(places["keys"]))]
+        cases = opened_cases(files, Path(places["keys"]), "weights of evidence, or stages")
+        found += [(name, case) for case in cases]
     if all(case.verdict_or_abstained is None for _, case in found):
         raise DataError(f"{', '.join(draws)}: no answered case; answer and score a draw first.")
     return found

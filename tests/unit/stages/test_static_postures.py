@@ -33,6 +33,7 @@ RECORD = replace(
     constants=replace(CONSTANTS, glenoid=Glenoid(0.0, 0.0, 0.31)),
 )
 POSTURE = SimpleNamespace(effort=np.array([2.0, 1.0, 1.0]), stability=(0.5, 2.0))
+HELD_BY = 200.0
 
 
 def test_poses_are_those_at_fixed_elevations_of_the_rise():
@@ -77,7 +78,8 @@ def test_hand_holds_what_it_held_when_the_motion_was_recorded(
     for path in tracked:
         write_solution(solution("par2", path.stem, "quaternion"), path)
 
-    def row(posture, *_):
+    def row(posture, pose, record, held_by):
+        assert (posture.clavicle_point_m, held_by) == (0.4, 150.0), "as configured"
         return {"status": unpack(posture.parameters)["mass_load"].item()}
 
     monkeypatch.setattr(stage, "_row", row)
@@ -85,7 +87,13 @@ def test_hand_holds_what_it_held_when_the_motion_was_recorded(
     files = stage.PostureFiles(
         ModelFiles(person, *[Path("unread")] * 4), Path("unread"), None, tracked
     )
-    table = stage.static_postures(files, {"activation": 1.0, "strength_exponent": 1.0}, 2.0)
+    weights = {
+        "activation": 1.0,
+        "strength_exponent": 1.0,
+        "clavicle_point_m": 0.4,
+        "trajectory_quaternion": 150.0,
+    }
+    table = stage.static_postures(files, weights, 2.0)
     # The status of a row is the load that it was solved with.
     assert table.groupby("plane").status.unique().to_dict() == {"frontal": [1.5], "sagittal": [0.0]}
 
@@ -95,14 +103,14 @@ def test_failed_posture_keeps_its_reason(monkeypatch):
         raise SolveError("static posture: too many iterations")
 
     monkeypatch.setattr(stage, "static_posture", fails)
-    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD, HELD_BY)
     assert row == {"status": "static posture: too many iterations"}
 
 
 def test_least_force_is_said_in_body_weight(monkeypatch):
     monkeypatch.setattr(stage, "static_posture", lambda *_: found([0.1, 0, 0]))
     monkeypatch.setattr(stage, "least_joint_force", lambda *_: 9.80665 * 5.0)
-    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD, HELD_BY)
     assert row["least_force_bw"] == pytest.approx(10.0)
     assert set(row) | {"participant", "plane", "arm_deg"} == set(stage.COLUMNS)
 
@@ -110,5 +118,5 @@ def test_least_force_is_said_in_body_weight(monkeypatch):
 def test_joint_that_is_pulled_apart_is_no_posture(monkeypatch):
     reactions = iter([(100.0, 0.0, 0.0), (-100.0, 0.0, 0.0)])
     monkeypatch.setattr(stage, "static_posture", lambda *_: found([0, 0, 0], next(reactions)))
-    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD)
+    row = stage._row(POSTURE, found([0, 0, 0]).pose, RECORD, HELD_BY)
     assert row == {"status": "static posture: the glenohumeral joint is pulled apart"}

@@ -51,7 +51,7 @@ def solved_again(validation: pd.DataFrame) -> list[str]:
     """Tasks that follow the recording of another task, with another load in the hand."""
     again = validation[validation.task != validation.recording]
     pairs = again[["task", "recording"]].drop_duplicates().itertuples(index=False)
-    return [f"{task.replace('_', ' ')} is that of {first.replace('_', ' ')}" for task, first in pairs]
+    return [f"{task} is that of {first}".replace("_", " ") for task, first in pairs]
 
 
 def task_table(coordination: Coordination) -> Table:

@@ -36,6 +36,15 @@ def test_rule_watches_the_code_that_it_runs(name: str) -> None:
         assert '"scapulohumeral.' in names
 
 
+def test_rules_that_compare_with_recordings_have_the_parameters_of_what_they_share() -> None:
+    """What `against_files` reads has to stand in each rule whose script calls it."""
+    scripts = (REPOSITORY / "workflow/scripts").glob("[!_]*.py")
+    sharing = [path.stem for path in scripts if "against_files(" in path.read_text("utf-8")]
+    assert len(sharing) >= 2
+    for name in sharing:
+        assert "**AGAINST," in rules()[name], name
+
+
 @pytest.mark.parametrize("name", ["test_solutions", "test_results"])
 def test_rule_of_results_watches_the_code_of_its_tests(name: str, repository: Path) -> None:
     """What these modules import in turn is watched with them."""

@@ -203,12 +203,16 @@ def emg_results(pattern):
 
 
 VARIANTS = variants.named_variants(config["variants"])
-# Those whose muscle paths are the authors', fitted to poses that the authors drew.
-FITTED_ELSEWHERE = [
-    name
-    for name, variant in VARIANTS.items()
-    if {**config["model"], **variant.model}["paths"] == "published"
-]
+# Parameters of every rule that compares variants with recordings. Muscle paths of some variants are
+# the authors', fitted to poses that the authors drew.
+AGAINST = {
+    **FIT_REGION,
+    "elsewhere": [
+        name
+        for name, variant in VARIANTS.items()
+        if {**config["model"], **variant.model}["paths"] == "published"
+    ],
+}
 
 
 def model_and_paths(participant, model, paths):

@@ -132,9 +132,8 @@ rule compare_predictions:
     benchmark:
         "results/benchmarks/compare_predictions.jsonl"
     params:
-        **FIT_REGION,
+        **AGAINST,
         code=code_of("compare_predictions"),
-        elsewhere=FITTED_ELSEWHERE,
     threads: 1
     message:
         "Predictions against recordings and against the published ones"
@@ -203,7 +202,7 @@ rule tabulate_tried:
     benchmark:
         "results/benchmarks/tabulate_tried.jsonl"
     params:
-        **FIT_REGION,
+        **AGAINST,
         code=code_of("tabulate_tried"),
     threads: 1
     message:

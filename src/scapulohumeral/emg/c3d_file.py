@@ -13,7 +13,7 @@ from scapulohumeral.errors import DataError
 
 # The C3D User Guide (Motion Lab Systems): blocks; where the header names the first and the last
 # frame, in 16 bits; and the processor whose byte order is not the usual one.
-BLOCK_BYTES, HEADER_BYTES, FRAMES_AT = 512, 512, 6
+BLOCK_BYTES, FRAMES_AT = 512, 6
 MOST_FRAMES, BIG_ENDIAN = 65535, bytes([86])
 
 
@@ -41,7 +41,7 @@ def read_c3d(path: Path) -> Mapping[str, Any]:
 def _stated_frames(path: Path) -> int | None:
     """Frames of markers by the header of a file; None where they are more than it can say."""
     with path.open("rb") as handle:
-        header = handle.read(HEADER_BYTES)
+        header = handle.read(BLOCK_BYTES)
         handle.seek((header[0] - 1) * BLOCK_BYTES + 3)
         order = ">" if handle.read(1) == BIG_ENDIAN else "<"
     first, last = struct.unpack_from(f"{order}2H", header, FRAMES_AT)

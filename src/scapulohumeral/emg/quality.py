@@ -154,26 +154,19 @@ def check_envelopes(envelopes: Envelopes, limits: QualityLimits) -> list[Check]:
     ]
 
 
-def write_quality(path: Path, checks: Sequence[Check], simulated: bool) -> None:
-    """Write checks as JSON, schema "emg_quality/1"; `passed` says whether all passed."""
+def write_quality(path: Path, checks: Sequence[Check], simulated: bool, failure: str = "") -> None:
+    """Write checks as JSON, schema "emg_quality/1"; `passed` says whether all passed.
+
+    `failure`: why there is no recording to check, because it could not be simulated.
+    """
     document = {
         "schema": "emg_quality/1",
         "simulated": simulated,
-        "passed": all(check.passed for check in checks),
+        "passed": not failure and all(check.passed for check in checks),
         "checks": [asdict(check) for check in checks],
     }
-    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-
-
-def write_failed_quality(path: Path, reason: str) -> None:
-    """Write that there is no recording to check, because it could not be simulated, and why."""
-    document = {
-        "schema": "emg_quality/1",
-        "simulated": True,
-        "passed": False,
-        "failure": reason,
-        "checks": [],
-    }
+    if failure:
+        document["failure"] = failure
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 

@@ -7,7 +7,7 @@ failed solve was to make are sealed: their table has no number, and says why.
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -48,9 +48,7 @@ def write_failed_signals(path: Path, columns: Sequence[str], reason: str) -> Non
 
 def signal_failure(path: Path) -> str:
     """Why a table holds no signals; empty if it holds some, or is another kind of file."""
-    if path.suffix.lower() != ".csv" or not path.is_file():
-        return ""
-    return (_first_row(path).get(FAILURE_COLUMN) or "").strip()
+    return _failure(_first_row(path)) if path.suffix.lower() == ".csv" else ""
 
 
 def read_signals(path: Path, columns: Sequence[str]) -> tuple[Array, Array, bool]:
@@ -71,15 +69,16 @@ def read_signals(path: Path, columns: Sequence[str]) -> tuple[Array, Array, bool
                                      names file, row and column
     SolveError                       signals that could not be simulated
     """
-    if failure := signal_failure(path):
+    first = _first_row(path)
+    if failure := _failure(first):
         raise SolveError(f"{path}: {failure}; there are no signals")
     table = read_numbers(path, (TIME_COLUMN, *columns))
     check_increasing(path, TIME_COLUMN, table[:, 0])
-    return table[:, 0], table[:, 1:], _is_simulated(path)
+    return table[:, 0], table[:, 1:], _is_simulated(path, first)
 
 
-def _is_simulated(path: Path) -> bool:
-    mark = (_first_row(path).get(MARK_COLUMN) or "false").strip()
+def _is_simulated(path: Path, first: Mapping[str, str]) -> bool:
+    mark = (first.get(MARK_COLUMN) or "false").strip()
     if mark not in ("true", "false"):
         raise DataError(
             f"{path}, row 2, column {MARK_COLUMN}: '{mark}'; expected true or false. "
@@ -88,8 +87,14 @@ def _is_simulated(path: Path) -> bool:
     return mark == "true"
 
 
+def _failure(first: Mapping[str, str]) -> str:
+    return (first.get(FAILURE_COLUMN) or "").strip()
+
+
 def _first_row(path: Path) -> dict[str, str]:
-    """First row of a table by column; empty for a table without rows."""
-    # Readers of numbers say what is wrong with an encoding.
+    """First row of a table by column; empty for a table without rows, and for none."""
+    # Readers of numbers say what is wrong with the path, or with an encoding.
+    if not path.is_file():
+        return {}
     with path.open(newline="", encoding="utf-8-sig", errors="replace") as handle:
         return next(csv.DictReader(handle, skipinitialspace=True), {})

@@ -17,8 +17,8 @@ from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.plausibility import (
     LEAST_JUMP_DEG,
     LONGEST_STEP_S,
-    all_turns_deg,
     largest_speed,
+    turns_deg,
 )
 from scapulohumeral.model.rotations import ANGLE_NAMES, Array, pose_to_trial, trial_to_pose
 from scapulohumeral.model.tables import Coordinate, ModelTables
@@ -245,7 +245,7 @@ def check_motion(motion: Motion, tables: ModelTables) -> list[Finding]:
     """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
     pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
     found = _rate(float(np.median(steps)))
-    for segment, turn in all_turns_deg(pose).items():
+    for segment, turn in turns_deg(pose).items():
         speed, limit = turn / steps, largest_speed(segment)
         if np.any(too_fast := (speed > limit) & (turn > LEAST_JUMP_DEG)):
             k = int(np.where(too_fast, speed, 0.0).argmax())

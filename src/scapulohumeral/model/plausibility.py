@@ -60,14 +60,13 @@ def largest_speed(segment: str) -> float:
 
 
 def turns_deg(pose: Array) -> dict[str, Array]:
-    """Turns between frames (T - 1,) of clavicle, scapula and humerus in the thorax, by name."""
+    """Turns between frames (T - 1,) by name: clavicle, scapula and humerus in the thorax, forearm
+    on the humerus.
+    """
     segments = segment_orientations(pose)
-    return {name: np.rad2deg(relative_angle(q[:-1], q[1:])) for name, q in segments.items()}
-
-
-def all_turns_deg(pose: Array) -> dict[str, Array]:
-    """The same and those of the forearm in its joint, by name."""
-    return turns_deg(pose) | {"forearm": np.rad2deg(np.abs(np.diff(pose[:, 12])))}
+    turns = {name: relative_angle(q[:-1], q[1:]) for name, q in segments.items()}
+    turns["forearm"] = np.abs(np.diff(pose[:, 12]))
+    return {name: np.rad2deg(turn) for name, turn in turns.items()}
 
 
 def check_rate(table: Places, time_s: Array) -> None:
@@ -129,7 +128,7 @@ def check_speed(table: Places, time_s: Array, pose: Array) -> None:
     ------
     DataError                        names file, row and segment
     """
-    for name, turn in all_turns_deg(pose).items():
+    for name, turn in turns_deg(pose).items():
         speed, limit = turn / np.diff(time_s), largest_speed(name)
         beyond = np.flatnonzero((speed > limit) & (turn > LEAST_JUMP_DEG))
         if beyond.size:

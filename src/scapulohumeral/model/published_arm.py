@@ -85,12 +85,7 @@ def published_on_recorded_girdle(published: Array, recorded: Mapping[str, Array]
             )
         nodes.append(np.arange(first, stop))
         girdle.append(_at_elevation(recorded[plane], elevation[first:stop]))
-    known, found = np.concatenate(nodes), np.concatenate(girdle)
-    for joint in JOINTS[:2]:
-        found[:, joint] = make_continuous(found[:, joint])
-    every = np.arange(len(published))
-    evenly = [np.interp(every, known, column) for column in found.T]
-    return with_girdle(published, np.stack(evenly, axis=1))
+    return with_girdle(published, np.concatenate(nodes), np.concatenate(girdle))
 
 
 def followed_poses(participant: Participant, condition: str = "healthy") -> Array:

@@ -284,9 +284,19 @@ def segment_orientations(pose: Array) -> dict[str, Array]:
     }
 
 
-def with_girdle(pose: Array, girdle: Array) -> Array:
-    """Poses (N, 13) with other quaternions (N, 8) of SC and AC under the same humerus."""
-    other = unit_pose(np.hstack([girdle, pose[:, 8:]]))
+def with_girdle(pose: Array, nodes: Array, girdle: Array) -> Array:
+    """Poses (N, 13) with another girdle under the same humerus.
+
+    Parameters
+    ----------
+    pose : (N, 13)
+    nodes, girdle : quaternions (K, 8) of SC and AC, and the nodes (K,) at which they are known;
+        between them they change evenly
+    """
+    known = np.hstack([make_continuous(girdle[:, joint]) for joint in (slice(0, 4), slice(4, 8))])
+    every = np.arange(len(pose))
+    evenly = [np.interp(every, nodes, column) for column in known.T]
+    other = unit_pose(np.column_stack([*evenly, pose[:, 8:]]))
     blade = segment_orientations(other)["scapula"]
     humerus = segment_orientations(pose)["humerus"]
     other[:, 8:12] = make_continuous(quaternion_multiply(quaternion_conjugate(blade), humerus))

@@ -96,16 +96,9 @@ def with_recorded_girdle(composite: Composite, motions: Sequence[Solution]) -> n
     ----------
     motions : that it was composed from, in quaternions
     """
-    nodes, girdle = [], []
-    for motion in motions:
-        nodes.append(np.arange(*composite.nodes[motion.header["trial"]]))
-        girdle.append(motion.reference_pose[:, :8])
-    known, recorded = np.concatenate(nodes), np.concatenate(girdle)
-    for joint in (slice(0, 4), slice(4, 8)):
-        recorded[:, joint] = make_continuous(recorded[:, joint])
-    every = np.arange(len(composite.time_s))
-    between = np.stack([np.interp(every, known, column) for column in recorded.T], axis=1)
-    return with_girdle(composite.reference, between)
+    nodes = [np.arange(*composite.nodes[motion.header["trial"]]) for motion in motions]
+    girdle = [motion.reference_pose[:, :8] for motion in motions]
+    return with_girdle(composite.reference, np.concatenate(nodes), np.concatenate(girdle))
 
 
 def composite_target(

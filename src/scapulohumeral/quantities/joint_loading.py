@@ -6,6 +6,7 @@ Letters: N nodes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import sympy as sm
@@ -19,6 +20,8 @@ from scapulohumeral.ocp.cost_terms import glenoid_rotation
 # Lippitt et al. 1993 (J Shoulder Elbow Surg 2:27) found that the humeral head resists shear of up
 # to 0.6 of the compression, most along the superior-inferior axis.
 ANTERIOR_POSTERIOR_LIMIT = 0.32
+# Sizes of one force, or of many.
+Newtons = TypeVar("Newtons", float, np.ndarray)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,11 @@ class GlenohumeralLoad:
     eccentricity: np.ndarray
 
 
+def percent_body_weight(newtons: Newtons, body_mass_kg: float) -> Newtons:
+    """Size of a force [N], one or many, as a share of body weight [%], at standard gravity."""
+    return 100.0 * newtons / (body_mass_kg * constants.g)
+
+
 def glenohumeral_load(reaction: np.ndarray, record: ModelRecord) -> GlenohumeralLoad:
     """Load of the glenoid from the reaction of a solution.
 
@@ -65,7 +73,7 @@ def glenohumeral_load(reaction: np.ndarray, record: ModelRecord) -> Glenohumeral
     return GlenohumeralLoad(
         force=force,
         magnitude=magnitude,
-        percent_body_weight=100.0 * magnitude / (record.body_mass_kg * constants.g),
+        percent_body_weight=percent_body_weight(magnitude, record.body_mass_kg),
         path=path,
         eccentricity=np.where(pressed[:, 0], eccentricity, np.inf),
     )

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from scipy import constants
 
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
@@ -25,8 +24,6 @@ from scapulohumeral.quantities.segment_angles import (
 
 # Phase of the rhythm that a whole elevation is told by.
 WHOLE_RISE = "start-90"
-# Sizes of one force, or of many.
-Newtons = TypeVar("Newtons", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -98,11 +95,6 @@ def peaks(load: GlenohumeralLoad, pose: np.ndarray, nodes: slice) -> dict[str, f
         "fraction_outside": float(np.mean(eccentricity > 1.0)),
         "peak_upward_rotation_deg": float(thorax_angles(pose)[nodes, UPWARD_ROTATION_COLUMN].max()),
     }
-
-
-def percent_body_weight(newtons: Newtons, body_mass_kg: float) -> Newtons:
-    """Size of a force [N], one or many, as a share of body weight [%], at standard gravity."""
-    return 100.0 * newtons / (body_mass_kg * constants.g)
 
 
 def rise_quantities(

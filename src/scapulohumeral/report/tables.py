@@ -11,12 +11,12 @@ import pandas as pd
 
 from scapulohumeral.model.record import ModelRecord
 from scapulohumeral.ocp.solution import Solution
+from scapulohumeral.quantities.joint_loading import percent_body_weight
 from scapulohumeral.quantities.paper import (
     BODY_MASS_MEAN_KG,
     BODY_MASS_SD_KG,
     TRACKING_RMSE_DEG,
 )
-from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.report.study import FORMULATIONS, Run, Study
 from scapulohumeral.report.targets import MEASURE_NAMES
 from scapulohumeral.report.tracking.figures import GROUP_NAMES

@@ -20,7 +20,6 @@ from scapulohumeral.emg.quality import (
     check_recording,
     refuse_rectified,
     spoilt_channels,
-    write_failed_quality,
     write_quality,
 )
 from scapulohumeral.emg.recording import Recording, read_recording
@@ -75,7 +74,7 @@ def process_emg(
     channels = read_channels(files.channels).names
     if failure := signal_failure(files.raw):
         write_failed_envelopes(envelope, channels, failure)
-        write_failed_quality(quality, failure)
+        write_quality(quality, [], simulated=True, failure=failure)
         return
     labels = measured.labels if measured else {}
     raw = read_recording(files.raw, channels, labels)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from scapulohumeral.quantities.prediction_rows import percent_body_weight, rise_quantities
+from scapulohumeral.quantities.joint_loading import percent_body_weight
+from scapulohumeral.quantities.prediction_rows import rise_quantities
 from scapulohumeral.quantities.published_distance import ANGLES
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, UPWARD_ROTATION_COLUMN
 

@@ -16,7 +16,7 @@ import synthetic_study
 import yaml
 
 from scapulohumeral.emg.envelope import write_failed_envelopes
-from scapulohumeral.emg.quality import write_failed_quality
+from scapulohumeral.emg.quality import write_quality
 from scapulohumeral.model.published_arm import published_pose
 from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.population import ELEVATION_DEG, UPWARD_ROTATION, healthy_band
@@ -446,7 +446,7 @@ def test_emg_that_could_not_be_simulated_is_shown_as_failed(
     sealed, about = tmp_path / "par2" / envelopes[0].name, tmp_path / "quality.json"
     sealed.parent.mkdir()
     write_failed_envelopes(sealed, ["anterior_deltoid"], "no way")
-    write_failed_quality(about, "no way")
+    write_quality(about, [], simulated=True, failure="no way")
     coordination = replace(
         files.coordination,
         envelopes=[sealed, *envelopes[1:]],

@@ -306,8 +306,8 @@ def _score_table(modes: Mapping[str, Any]) -> Table:
     for text, path, target in SCORES:
         rows.append((text, *(_in_mode(m, path, _in_draw(modes[m], path)) for m in names), target))
     for text, path, target in MEDIANS:
-        said = _whole if path == ("seconds",) else _median
-        rows.append((text, *(said(_at(modes[m], path)) for m in names), target))
+        digits = ".0f" if path == ("seconds",) else ".2g"
+        rows.append((text, *(_median(_at(modes[m], path), digits) for m in names), target))
     for text, path, target in NUMBERS:
         rows.append((text, *(_number(_at(modes[m], path)) for m in names), target))
     return Table(("", *names, "bar"), rows)
@@ -332,17 +332,10 @@ def _rate(rate: Mapping[str, Any] | None) -> str:
     return f"{percent(rate['value'])} [{percent(low)}, {percent(high)}], {rate['n']} cases"
 
 
-def _median(spread: Mapping[str, Any] | None) -> str:
+def _median(spread: Mapping[str, Any] | None, digits: str = ".2g") -> str:
     if spread is None or spread["median"] is None:
         return "no case"
-    return f"{spread['median']:.2g} ({spread['n']} cases)"
-
-
-def _whole(spread: Mapping[str, Any] | None) -> str:
-    """The same in whole units."""
-    if spread is None or spread["median"] is None:
-        return "no case"
-    return f"{spread['median']:.0f} ({spread['n']} cases)"
+    return f"{spread['median']:{digits}} ({spread['n']} cases)"
 
 
 def _number(value: float | None) -> str:

@@ -13,7 +13,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from scapulohumeral.problems.sensitivity import BASE, Case
-from scapulohumeral.quantities.prediction_rows import percent_body_weight, rise_quantities
+from scapulohumeral.quantities.joint_loading import percent_body_weight
+from scapulohumeral.quantities.prediction_rows import rise_quantities
 from scapulohumeral.quantities.segment_angles import UPWARD_ROTATION_COLUMN, thorax_angles
 from scapulohumeral.report.drawing.svg import Drawing, Picture, styled
 from scapulohumeral.report.tables import Table, solves

@@ -25,10 +25,9 @@ from scapulohumeral.problems.least_joint_force import least_joint_force
 from scapulohumeral.problems.model_files import ModelFiles, load_model
 from scapulohumeral.problems.posed_problem import effort_factors
 from scapulohumeral.problems.static_posture import Posture, StaticSolution, static_posture
-from scapulohumeral.quantities.joint_loading import glenohumeral_load
+from scapulohumeral.quantities.joint_loading import glenohumeral_load, percent_body_weight
 from scapulohumeral.quantities.muscle_groups import most_changed
 from scapulohumeral.quantities.population import POSTERIOR_TILT, UPWARD_ROTATION
-from scapulohumeral.quantities.prediction_rows import percent_body_weight
 from scapulohumeral.quantities.recording_distance import CLAVICLE_ELEVATION
 from scapulohumeral.quantities.rhythm import node_near
 from scapulohumeral.quantities.segment_angles import ELEVATION_COLUMN, thorax_angles

@@ -29,7 +29,7 @@ from scapulohumeral.model.published_arm import (
 from scapulohumeral.ocp.solution import Solution, read_solution
 from scapulohumeral.quantities import paper
 from scapulohumeral.quantities.fit_region import outside_region
-from scapulohumeral.quantities.prediction_rows import percent_body_weight
+from scapulohumeral.quantities.joint_loading import percent_body_weight
 from scapulohumeral.quantities.published_distance import (
     ANGLES,
     PUBLISHED_OF,

@@ -80,7 +80,7 @@ def _score(options: argparse.Namespace, command: str) -> int:
 
 
 def _limits(options: argparse.Namespace, command: str) -> int:
-    from scapulohumeral.gap.benchmark.noise_free.limits import limits
+    from scapulohumeral.gap.benchmark.by_derivatives.limits import limits
 
     limits(options.cases, options.keys, options.config, options.cache).to_csv(
         options.out, index=False

@@ -161,7 +161,7 @@ def _smooth(residuals: Mapping[float, Residual], columns: np.ndarray) -> float:
     return float(logsumexp(logs))
 
 
-class _Errors(NamedTuple):
+class ErrorShares(NamedTuple):
     """Shares of what sessions change, of markers and of electrodes, and of the signature error."""
 
     markers: float
@@ -177,18 +177,18 @@ def most_probable(evidence: Evidence) -> Evidence:
     another movement that is most probable before: they hardly depend on each other.
     """
     loosest = next(iter(evidence.known))
-    best = _Errors(1.0, 1.0, 1.0)
-    first = _assumed(evidence, best)
+    best = ErrorShares(1.0, 1.0, 1.0)
+    first = assumed(evidence, best)
     sizes = {s: _density(_with_fits(first, [Supposition(loosest, s)])) for s in first.residuals}
     size = max(sizes, key=lambda s: sizes[s])
     density = sizes[size]
     for name, share in _less_assumed(evidence):
         errors = best._replace(**{name: share})
-        one = _with_fits(_assumed(evidence, errors), [Supposition(loosest, size)])
+        one = _with_fits(assumed(evidence, errors), [Supposition(loosest, size)])
         if (other := _density(one)) > density:
             best, density = errors, other
     log.info("another movement %g deg, %s: %.1f", size, best, density)
-    found = _assumed(evidence, best)
+    found = assumed(evidence, best)
     found = _with_fits(found, found.suppositions)
     base = found.residual
     parts = (replace(f, left_out=_single(found, f.left_out, base)) for f in found.folds)
@@ -209,8 +209,8 @@ def _less_assumed(evidence: Evidence) -> list[tuple[str, float]]:
     ]
 
 
-def _assumed(evidence: Evidence, errors: _Errors) -> Evidence:
-    """Evidence with errors assumed, not fitted yet."""
+def assumed(evidence: Evidence, errors: ErrorShares) -> Evidence:
+    """Evidence with shares of errors assumed, by every size of another movement; not fitted yet."""
     signature = errors.signature * evidence.settings.signature_error
     evidence = replace(
         evidence,

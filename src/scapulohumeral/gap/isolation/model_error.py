@@ -41,6 +41,12 @@ class ChangeError(NamedTuple):
     variance: np.ndarray
     rows: np.ndarray
 
+    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        """Errors (D, count) along the axes of the comparison."""
+        drawn = self.rows.T @ rng.normal(size=(len(self.rows), count))
+        deviations = np.sqrt(self.variance)[:, None]
+        return drawn + deviations * rng.normal(size=(len(self.variance), count))
+
 
 class SignatureError:
     """Whitened residuals (D,), normal with a covariance of one and errors of predictions.

@@ -125,9 +125,7 @@ class _Scatter:
         error = change_error(self.residual, slope, relative, effect.changes_body)
         # A stream of its own, so that answers do not follow the scatter.
         rng = np.random.default_rng([self.seed, 1])
-        drawn = error.rows.T @ rng.normal(size=(len(error.rows), TRIES))
-        drawn += np.sqrt(error.variance)[:, None] * rng.normal(size=(len(slope), TRIES))
-        return slope[:, None] + self.unwhitened @ drawn
+        return slope[:, None] + self.unwhitened @ error.draw(rng, TRIES)
 
     def amplitude(self, slope: np.ndarray, i: int, changes: np.ndarray, threshold: float) -> float:
         """Size of internal parameter `i` whose z value is found with :data:`POWER`.

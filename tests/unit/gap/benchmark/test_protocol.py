@@ -11,7 +11,7 @@ from scapulohumeral import provenance
 from scapulohumeral.errors import DataError
 from scapulohumeral.gap import cli
 from scapulohumeral.gap.benchmark import protocol
-from scapulohumeral.gap.benchmark.noise_free.limits import limits
+from scapulohumeral.gap.benchmark.by_derivatives.limits import limits
 from scapulohumeral.gap.benchmark.open_draws.open_cases import read_scored_cases
 from scapulohumeral.gap.benchmark.open_keys import looks
 from scapulohumeral.gap.benchmark.protocol import SALTS, BlindFiles, answer, score, seal

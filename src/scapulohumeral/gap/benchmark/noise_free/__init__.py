@@ -1,1 +1,1 @@
-"""What noise-free curves of opened keys tell: the gap on a hidden task, and what limits answers."""
+"""What noise-free curves of opened keys tell of the gap on a hidden task, and of where it shows."""

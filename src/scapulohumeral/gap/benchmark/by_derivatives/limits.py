@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,25 +19,21 @@ import numpy as np
 import pandas as pd
 
 from scapulohumeral.errors import DataError
-from scapulohumeral.gap.assembly import assemble
+from scapulohumeral.gap.benchmark.by_derivatives.judging import (
+    Inflation,
+    evidence_of,
+    inflation_of,
+    judged,
+    with_difference,
+)
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.open_keys import opened_keys
-from scapulohumeral.gap.benchmark.protocol import folder_request
 from scapulohumeral.gap.benchmark.scored_case import YIELDS, ScoredCase
-from scapulohumeral.gap.detection import null_bank
-from scapulohumeral.gap.detection.presence import surest, tested
-from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
-from scapulohumeral.gap.isolation.search import by_derivatives
-from scapulohumeral.gap.judgement import judge
+from scapulohumeral.gap.isolation.empirical_bayes import Evidence
 from scapulohumeral.gap.labels import JOIN, family
-from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.recording.observables import difference, phase_functions, recorded
-from scapulohumeral.gap.residual.differences import read_records
-from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.residual.residual import compress
-from scapulohumeral.gap.run import read_case
-from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
 RECORDED, WITHOUT_NOISE = "recorded", "without_noise"
 SAME_MOVEMENT, AS_PREDICTED = "same_movement", "as_predicted"
@@ -95,9 +91,10 @@ def limits(cases: Path, keys: Path, config_file: Path, cache: Path) -> pd.DataFr
     """
     rows = []
     for scored in _opened(cases, keys):
-        evidence, case = _evidence(scored.folder, config_file, cache)
+        evidence, case = evidence_of(scored.folder, config_file, cache)
+        inflation = inflation_of(evidence, case)
         for name, delta in _differences(scored, evidence, case).items():
-            rows.append(_row(scored, name, _of(evidence, delta), case))
+            rows.append(_row(scored, name, with_difference(evidence, delta), inflation))
     return pd.DataFrame([asdict(row) for row in rows])
 
 
@@ -115,19 +112,6 @@ def _opened(cases: Path, keys: Path) -> list[ScoredCase]:
         if key["mode"]["reference"] and scored.status in KINDS:
             found.append(scored)
     return found
-
-
-def _evidence(folder: Path, config_file: Path, cache: Path) -> tuple[Evidence, Case]:
-    """A case as the diagnosis puts it together."""
-    config = read_diagnosis_config(config_file)
-    settings = read_settings(config)
-    case = read_case(folder_request(folder, config_file, cache), config)
-    model = participant_model(case, ModelSettings.of(config), cache)
-    records = read_records(case, model, settings, [])
-    evidence = assemble(case, records, model, settings, [])
-    # The signature error is the most probable one of the recorded difference: here it is sought
-    # for each difference anew.
-    return replace(evidence, settings=settings), case
 
 
 def _differences(scored: ScoredCase, evidence: Evidence, case: Case) -> dict[str, np.ndarray]:
@@ -182,32 +166,10 @@ def _predicted(key: Mapping[str, Any], evidence: Evidence) -> np.ndarray | None:
     return change
 
 
-def _of(evidence: Evidence, delta: np.ndarray) -> Evidence:
-    """The same for another difference (D,), with the most probable shares of errors for it."""
-    repeats = evidence.residual.noise
-    whole = replace(evidence.residual, delta=delta, covariance=repeats)
-    return most_probable(
-        replace(
-            evidence,
-            residuals={0.0: whole},
-            cautious=whole,
-            session_shares=SessionShares(1.0, 1.0),
-            fits={},
-        )
-    )
-
-
-def _row(scored: ScoredCase, name: str, evidence: Evidence, case: Case) -> LimitsRow:
+def _row(scored: ScoredCase, name: str, evidence: Evidence, inflation: Inflation) -> LimitsRow:
     """Judge one difference."""
-    settings = evidence.settings
-    bank, _ = null_bank.read_bank(null_bank.bank_file(settings), settings)
-    kind = "reference", bool(case.channels), case.has_contact
-    inflation, _ = null_bank.inflation(bank, *kind, settings.alpha)
-    c, shapes = evidence.cautious, evidence.shapes()
-    there = surest(tested(c, shapes, settings.alpha, inflation, case.seed)[1])
-    found = by_derivatives(evidence)
-    judged = judge(evidence, found, there, settings.weighing, inflation, case.seed, True)
-    p = judged.p
+    there, found = judged(evidence, inflation)
+    c, p = evidence.cautious, found.p
     right = {family(label) for label in scored.right}
     return LimitsRow(
         case=scored.folder.name,
@@ -223,5 +185,5 @@ def _row(scored: ScoredCase, name: str, evidence: Evidence, case: Case) -> Limit
         right=any(family(part) in right for part in p.first.split(JOIN)),
         right_p=round(sum(q for label, q in p.every.items() if family(label) in right), 3),
         none_p=round(p.none, 3),
-        left=judged.left is not None and judged.left.presence.present,
+        left=found.left is not None and found.left.presence.present,
     )

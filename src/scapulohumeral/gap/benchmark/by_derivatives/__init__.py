@@ -1,0 +1,1 @@
+"""Differences that were not recorded, judged by derivatives alone: what limits answers."""

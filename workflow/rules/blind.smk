@@ -230,6 +230,29 @@ rule tell_limits:
         " --keys $keys --out {output.limits} > {log.python} 2>&1"
 
 
+# What trials like those of the open cases tell at most: the same inference on persons who are just as
+# it assumes. What was recorded in them counts for nothing else, so no key is opened.
+rule answer_assumed_persons:
+    input:
+        cases="results/gap/open/cases",
+    output:
+        answers="results/gap/open/assumed.csv",
+        rates="results/gap/open/assumed.json",
+    log:
+        python="results/logs/answer_assumed_persons.python.log",
+    benchmark:
+        "results/benchmarks/answer_assumed_persons.jsonl"
+    threads: 1
+    resources:
+        mem_mb=4000,
+        runtime=180,
+    message:
+        "Open cases: answer persons who are just as the diagnosis assumes"
+    shell:
+        "python -m scapulohumeral.gap.cli gap blind assumed --cases {input.cases}"
+        " --out {output.answers} > {log.python} 2>&1"
+
+
 # Fit the weights of evidence to the open cases, beside those opened before, and tell what each stage
 # of the diagnosis adds. Copy the former to config/gap/calibration.json to use them, and keep what
 # they were fitted to: `scapulohumeral gap calibrate results/gap/open/draws.yaml --keep`.

@@ -17,7 +17,10 @@ from scapulohumeral.gap import answer as answer_module
 from scapulohumeral.gap import assembly, pipeline
 from scapulohumeral.gap.answer import NO_EXCESS, _remarks_on_shrinkage
 from scapulohumeral.gap.assembly import effects_of
-from scapulohumeral.gap.benchmark.noise_free import hidden_task, limits
+from scapulohumeral.gap.benchmark.by_derivatives import assumed_answers, limits
+from scapulohumeral.gap.benchmark.by_derivatives.assumed_rates import rates
+from scapulohumeral.gap.benchmark.by_derivatives.judging import inflation_of, with_difference
+from scapulohumeral.gap.benchmark.noise_free import hidden_task
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
 from scapulohumeral.gap.benchmark.null_bank_build import null_cases
 from scapulohumeral.gap.benchmark.scored_case import ScoredCase
@@ -935,7 +938,7 @@ def test_a_difference_as_it_is_predicted_is_answered_with_its_effect():
     whole = case()
     records = read_records(whole, None, SETTINGS, [])
     found = assembly.assemble(whole, records, None, SETTINGS, [])
-    again = limits._of(replace(found, settings=SETTINGS), found.residual.delta)
+    again = with_difference(replace(found, settings=SETTINGS), found.residual.delta)
     assert again.session_shares == found.session_shares
     np.testing.assert_allclose(again.residual.covariance, found.residual.covariance)
     effect = {"label": RIGHT, "parameter": "f0_factor", "amplitude": 0.4}
@@ -945,12 +948,28 @@ def test_a_difference_as_it_is_predicted_is_answered_with_its_effect():
     np.testing.assert_allclose(delta, known.slope[:, 0] * np.log(0.4))
     key |= {"mode": {"reference": True}, "shown": True, "kind": "single"}
     scored = limits.ScoredCase(Path("it"), Path("it"), key, None, 0.0)
-    row = limits._row(scored, "as_predicted", limits._of(found, delta), whole)
+    inflation = inflation_of(found, whole)
+    row = limits._row(scored, "as_predicted", with_difference(found, delta), inflation)
     assert (row.present, row.first, row.right, row.left) == (True, RIGHT, True, False)
-    nothing = limits._row(scored, "as_predicted", limits._of(found, 0.0 * delta), whole)
+    nothing = limits._row(scored, "as_predicted", with_difference(found, 0.0 * delta), inflation)
     assert not nothing.present
     for unknown in ({"label": "unknown/far/friction"}, {"parameter": None}):
         assert limits._predicted({**key, "effects": [effect | unknown]}, found) is None
+
+
+def test_persons_who_are_as_assumed_are_answered_with_their_cause(monkeypatch):
+    whole = case()
+    records = read_records(whole, None, SETTINGS, [])
+    found = replace(assembly.assemble(whole, records, None, SETTINGS, []), settings=SETTINGS)
+    monkeypatch.setattr(assumed_answers, "evidence_of", lambda *_: (found, whole))
+    table = assumed_answers.assumed_answers([Path("it")], 12, 1, Path("a.yaml"), Path())
+    assert table["kind"].value_counts().to_dict() == {
+        "single": 6, "pair": 2, "unknown": 2, "nothing": 1, "movement": 1,
+    }  # fmt: skip
+    singles = table[(table["kind"] == "single") & table["shown"]]
+    assert singles["present"].mean() > 0.5
+    assert singles.loc[singles["present"], "right_p"].mean() > 0.5
+    assert rates(table, SETTINGS)["persons"]["single"] == 6
 
 
 def test_keys_without_noise_free_curves_are_named(tmp_path):

@@ -14,7 +14,7 @@ OPTIONS = {
     "--published": "file of hashes",
     "--answers": "folder of answers",
     "--keys": "folder of keys, outside the checkout",
-    "--out": "file to write: a score card, or a table of limits",
+    "--out": "file to write: a score card, or a table; rates of `assumed` stand beside it",
 }
 
 DRAWS_HELP = "YAML: name -> cases, published, answers, keys"
@@ -39,7 +39,20 @@ def add_blind_commands(commands: argparse._SubParsersAction, config: Path, cache
         steps, "limits", "what limits answers to opened cases", "--cases", "--keys", "--out"
     )
     bound.set_defaults(run=_limits)
-    for step in (score, bound):
+    most = _step(
+        steps,
+        "assumed",
+        "what cases tell at most: answers to persons who are just as assumed",
+        "--cases",
+        "--out",
+    )
+    most.add_argument(
+        "--designs", type=int, default=8, metavar="N", help="cases whose trials count"
+    )
+    most.add_argument("--persons", type=int, default=60, metavar="N", help="persons for each")
+    most.add_argument("--seed", type=int, default=1, metavar="N", help="of all persons")
+    most.set_defaults(run=_assumed)
+    for step in (score, bound, most):
         step.add_argument("--config", type=Path, default=config, metavar="FILE")
         step.add_argument("--cache", type=Path, default=cache, metavar="DIR")
     for step in (answer, score):
@@ -85,6 +98,25 @@ def _limits(options: argparse.Namespace, command: str) -> int:
     limits(options.cases, options.keys, options.config, options.cache).to_csv(
         options.out, index=False
     )
+    return 0
+
+
+def _assumed(options: argparse.Namespace, command: str) -> int:
+    import json
+
+    from scapulohumeral.gap.benchmark.by_derivatives.assumed_answers import (
+        assumed_answers,
+        designs,
+    )
+    from scapulohumeral.gap.benchmark.by_derivatives.assumed_rates import rates
+    from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+
+    settings = read_settings(read_diagnosis_config(options.config))
+    cases = designs(options.cases, options.designs)
+    table = assumed_answers(cases, options.persons, options.seed, options.config, options.cache)
+    table.to_csv(options.out, index=False)
+    found = json.dumps(rates(table, settings), indent=1)
+    options.out.with_suffix(".json").write_text(found + "\n", encoding="utf-8")
     return 0
 
 

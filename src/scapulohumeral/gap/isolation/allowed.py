@@ -1,7 +1,7 @@
 """The share of a normal density that lies where parameters may be.
 
-Some parameters have one sign only, and of some pairs the first is never above the second. Evidence
-is an integral over what is allowed, which Laplace's method takes for all values.
+Parameters have bounds, some of them at zero, and of some pairs the first is never above the second.
+Evidence is an integral over what is allowed, which Laplace's method takes for all values.
 
 Letters: P parameters, C constraints.
 """
@@ -9,36 +9,48 @@ Letters: P parameters, C constraints.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr
 
+# Share of its variance that a parameter keeps, however far beyond a bound data ask for it.
+PINNED = 1e-9
+
+
+class Constraints(NamedTuple):
+    """What parameters may be: products of rows (C, P) with them are at most limits (C,)."""
+
+    rows: np.ndarray
+    limits: np.ndarray
+
 
 def constraints(
-    low: np.ndarray, high: np.ndarray, order: Sequence[tuple[int, int]], free: np.ndarray
-) -> np.ndarray:
-    """Rows (C, P) whose products with allowed parameters are zero or less.
+    low: np.ndarray, high: np.ndarray, order: Sequence[tuple[int, int]], x: np.ndarray
+) -> Constraints:
+    """Constraints that may bind parameters.
 
-    Bounds that are not at zero are far from what priors expect, and are left out.
+    Bounds at zero, the order, and of each parameter the bound on its side of zero: the other one
+    is far from whatever is probable.
 
     Parameters
     ----------
     low, high : (P,) bounds
     order : pairs of which the first is never above the second; neither is above zero
-    free : (P,) which parameters vary
+    x : (P,) parameters inside all of these
     """
     every = np.eye(len(low))
-    implied = {first for first, second in order if free[first] and free[second]}
-    rows = [every[i] - every[j] for i, j in order if free[i] and free[j]]
-    for i in np.flatnonzero(free):
-        if low[i] >= 0.0:
-            rows.append(-every[i])
-        elif high[i] <= 0.0 and i not in implied:
-            rows.append(every[i])
-    return np.array(rows).reshape(-1, len(low))
+    implied = {first for first, _ in order}
+    found = [(every[i] - every[j], 0.0) for i, j in order]
+    at_zero = [(-every[i], 0.0) for i in np.flatnonzero(low >= 0.0)]
+    at_zero += [(every[i], 0.0) for i in np.flatnonzero(high <= 0.0) if i not in implied]
+    far = [(every[i], high[i]) for i in np.flatnonzero((high > 0.0) & (x >= 0.0))]
+    far += [(-every[i], -low[i]) for i in np.flatnonzero((low < 0.0) & (x < 0.0))]
+    rows, limits = zip(*found, *at_zero, *far, strict=True)
+    return Constraints(np.array(rows), np.array(limits))
 
 
-def log_share(rows: np.ndarray, mean: np.ndarray, covariance: np.ndarray) -> float:
+def log_share(allowed: Constraints, mean: np.ndarray, covariance: np.ndarray) -> float:
     """Log probability that normal parameters fulfil all constraints.
 
     One constraint after the other, each with the mean and variance that those before leave
@@ -46,12 +58,15 @@ def log_share(rows: np.ndarray, mean: np.ndarray, covariance: np.ndarray) -> flo
 
     Parameters
     ----------
-    rows : (C, P) see :func:`constraints`; mean : (P,); covariance : (P, P)
+    allowed : see :func:`constraints`; mean : (P,); covariance : (P, P)
     """
-    centre, spread = rows @ mean, rows @ covariance @ rows.T
+    rows = allowed.rows
+    centre, spread = rows @ mean - allowed.limits, rows @ covariance @ rows.T
+    # What one constraint pins, another one of the same parameter finds without variance.
+    least = PINNED * np.diag(spread)
     total = 0.0
     for i in range(len(rows)):
-        sd = float(np.sqrt(spread[i, i]))
+        sd = float(np.sqrt(max(spread[i, i], least[i])))
         z = -centre[i] / sd
         log_below = float(log_ndtr(z))
         total += log_below

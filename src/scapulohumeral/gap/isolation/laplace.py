@@ -50,13 +50,13 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     covariance = np.linalg.inv(curvature)
     left = system.left(x)
     _, logdet = np.linalg.slogdet(curvature)
-    unbounded, log_allowed = system.allowed(x, error, curvature)
+    unconstrained = x - covariance @ system.gradient(x, error)
     log_evidence = (
         error.log_density(error.squares(left), len(left))
         - residual.log_volume
         + _log_prior(hypothesis, x)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
-        + log_allowed
+        + system.allowed(error, x, unconstrained)
     )
     return Fit(
         hypothesis,
@@ -64,8 +64,8 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         covariance,
         log_evidence,
         moved_deg=residual.moved_deg,
-        unbounded=unbounded,
-        unconstrained=x - covariance @ system.gradient(x, error),
+        unbounded=system.unbounded(error, x),
+        unconstrained=unconstrained,
     )
 
 
@@ -110,30 +110,36 @@ class _System:
         """That of the negative log density at parameters (P,), with the error of one prediction."""
         return x / self.hypothesis.prior_sd**2 - self.slope.T @ error.solve(self.left(x))
 
-    def allowed(
-        self, x: np.ndarray, error: SignatureError, curvature: np.ndarray
-    ) -> tuple[np.ndarray, float]:
-        """Where the density is largest without constraints at zero, (P,), and what these cost.
+    def allowed(self, error: SignatureError, x: np.ndarray, unconstrained: np.ndarray) -> float:
+        """What bounds and order cost: log of the integral over what is allowed, over Laplace's.
 
-        The latter is the logarithm of the integral over what is allowed, over Laplace's: the share
-        of the density that is allowed, over that of the prior. Parameters (P,) at a bound far from
-        zero stay there.
+        That is the share of the density that is allowed, over the share of the prior.
+
+        Parameters
+        ----------
+        error : of the prediction
+        x : (P,) most probable parameters inside all bounds
+        unconstrained : (P,) the same without any
+        """
+        low, high = self.hypothesis.bounds
+        inside = constraints(low, high, self.hypothesis.order, x)
+        curvature, step = self.curvature(error), unconstrained - x
+        gained = 0.5 * float(step @ curvature @ step)
+        share = log_share(inside, unconstrained, np.linalg.inv(curvature))
+        prior = np.diag(self.hypothesis.prior_sd**2)
+        return gained + share - log_share(inside, np.zeros_like(x), prior)
+
+    def unbounded(self, error: SignatureError, x: np.ndarray) -> np.ndarray:
+        """Where the density is largest without bounds at zero, (P,).
+
+        Parameters at a bound far from zero stay there: what data ask for beyond it, no person has.
         """
         low, high = self.hypothesis.bounds
         free = ~(((x <= low) & (low < 0.0)) | ((x >= high) & (high > 0.0)))
-        rows = constraints(low, high, self.hypothesis.order, free)
-        unbounded = x.copy()
-        if not len(rows):
-            return unbounded, 0.0
-        varying = np.ix_(free, free)
-        step = np.linalg.solve(curvature[varying], -self.gradient(x, error)[free])
-        unbounded[free] += step
-        covariance = np.zeros_like(curvature)
-        covariance[varying] = np.linalg.inv(curvature[varying])
-        gained = 0.5 * float(step @ curvature[varying] @ step)
-        prior = np.diag(self.hypothesis.prior_sd**2)
-        share = log_share(rows, unbounded, covariance)
-        return unbounded, gained + share - log_share(rows, np.zeros_like(x), prior)
+        found = x.copy()
+        varying = self.curvature(error)[np.ix_(free, free)]
+        found[free] -= np.linalg.solve(varying, self.gradient(x, error)[free])
+        return found
 
     def settled(self, start: np.ndarray) -> np.ndarray:
         """Parameters (P,) that least squares with the error of their own prediction returns.

@@ -91,12 +91,10 @@ def exact_evidence(h, there, draws=400_000):
     spread = np.linalg.inv(slope.T @ weighted + np.eye(slope.shape[1]))
     mean, rng = spread @ weighted.T @ there.delta, np.random.default_rng(0)
     normal = rng.normal(size=(draws, len(mean)))
-    low, high = h.bounds
+    low, high = (bound / h.prior_sd for bound in h.bounds)
     share = []
     for z in (mean + normal @ np.linalg.cholesky(spread).T, normal):
-        inside = np.all((z >= 0.0) | (low < 0.0), axis=1) & np.all(
-            (z <= 0.0) | (high > 0.0), axis=1
-        )
+        inside = np.all((low <= z) & (z <= high), axis=1)
         share.append(np.mean(inside & np.all([z[:, i] <= z[:, j] for i, j in h.order], axis=0)))
     return everywhere.logpdf(there.delta) + np.log(share[0] / share[1])
 
@@ -107,6 +105,8 @@ def exact_evidence(h, there, draws=400_000):
         (DAMPING, [1.2]),
         (DAMPING, [0.0]),
         (DAMPING, [-0.5]),
+        (DAMPING, [3.0]),
+        (DAMPING, [4.0]),
         (GAIN, [-1.0, -0.4]),
         (GAIN, [-0.5, -0.5]),
         (GAIN, [-0.5, 0.1]),
@@ -114,7 +114,7 @@ def exact_evidence(h, there, draws=400_000):
     ],
 )
 def test_evidence_of_an_effect_is_the_density_integrated_over_its_prior(loud, effect, true):
-    """Of damping, which is not negative, and of two factors that are one at most, in one order."""
+    """Of damping, from 0 to 3, and of two factors that are one at most, in one order."""
     h = hypothesis(effect, 1, size=0.5 if effect is DAMPING else 1.5)
     there = replace(loud, delta=loud.delta + h.slope @ true)
     assert fit(h, there, 0.0).log_evidence == pytest.approx(exact_evidence(h, there), abs=0.15)
@@ -141,7 +141,8 @@ def test_evidence_of_some_weight_is_that_of_noise_as_much_larger(loud, weight):
         slope = h.slope * h.prior_sd
         covariance = there.covariance / weight + slope @ slope.T
         exact.append(multivariate_normal(np.zeros(SIZE), covariance).logpdf(delta))
-    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0])
+    # The exact densities know no bounds, which hardly count here.
+    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0], abs=0.05)
 
 
 def test_evidence_knows_the_error_of_a_prediction(loud):

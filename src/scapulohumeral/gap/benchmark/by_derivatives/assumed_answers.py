@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from scapulohumeral.errors import DataError
 from scapulohumeral.gap.benchmark.by_derivatives.assumed_persons import (
     MOVEMENT,
     NOTHING,
@@ -38,9 +40,13 @@ from scapulohumeral.gap.weighing import Weighing
 
 log = logging.getLogger(__name__)
 
+# Most that are believed in show nothing: of such persons this share is answered, and each stands for
+# those that were not. Pairs that do not show are asked of by no bar.
+ANSWERED = {PAIR: 0.0}
+USUALLY_ANSWERED = 0.25
 # Persons of each kind among so many: singles are what most bars are about.
 KINDS = {NOTHING: 1, MOVEMENT: 1, UNKNOWN: 2, PAIR: 2, SINGLE: 6}
-# Evidence as it stands, nothing else.
+# Evidence as it stands, nothing else, but for the misfit that it is divided by.
 EXACT = Weighing(
     evidence=1.0,
     held_out=0.0,
@@ -66,6 +72,7 @@ class AssumedRow:
     ----------
     case, number : whose trials, and which person
     kind, truth : what was injected
+    weight : how many persons this one stands for
     moved_deg : size of another movement that was supposed [deg]
     cause, movement : how large each shows [standard errors]; of a pair the smaller one
     shown : whether what was injected shows by the rule of keys
@@ -88,6 +95,7 @@ class AssumedRow:
     number: int
     kind: str
     truth: str
+    weight: float
     moved_deg: float
     cause: float
     movement: float
@@ -114,8 +122,30 @@ class AssumedRow:
     exact_right_p: float
 
 
+def designs(cases: Path, most: int) -> list[Path]:
+    """The first cases, by name, that most bars are asked of: with EMG and reference trials.
+
+    Parameters
+    ----------
+    cases : folder of case folders; most : how many at most
+
+    Raises
+    ------
+    DataError                        there is none
+    """
+    folders = sorted(path for path in cases.iterdir() if path.is_dir())
+    found = [
+        one
+        for one in folders
+        if (one / "reference").is_dir() and any((one / "test").glob("*_emg.csv"))
+    ]
+    if not found:
+        raise DataError(f"{cases}: no case with EMG and reference trials; draw more cases.")
+    return found[:most]
+
+
 def assumed_answers(
-    cases: Sequence[Path], count: int, seed: int, config_file: Path, cache: Path
+    cases: Sequence[Path], persons: int, seed: int, config_file: Path, cache: Path
 ) -> pd.DataFrame:
     """An :class:`AssumedRow` for each person.
 
@@ -123,7 +153,7 @@ def assumed_answers(
     ----------
     cases : folders of cases, whose trials say what is recorded and how it scatters; what was
         recorded counts for nothing else
-    count : persons with the trials of each
+    persons : with the trials of each
     seed : of all persons
     config_file, cache : as for the diagnosis
 
@@ -136,21 +166,31 @@ def assumed_answers(
         evidence, case = evidence_of(folder, config_file, cache)
         inflation = inflation_of(evidence, case)
         promised = _promised(evidence, inflation)
-        kinds = _kinds(evidence, count)
+        kinds = _kinds(evidence, persons)
         log.info("%s: %d persons", folder.name, len(kinds))
         for number, kind in enumerate(kinds):
-            person = draw_person(evidence, kind, [seed, place, number])
+            person = _answered(evidence, kind, [seed, place, number])
             own = with_difference(evidence, person.delta)
             rows.append(_row(folder.name, number, person, own, inflation, promised))
     return pd.DataFrame([asdict(row) for row in rows])
 
 
-def _kinds(evidence: Evidence, count: int) -> list[str]:
+def _kinds(evidence: Evidence, persons: int) -> list[str]:
     """Kinds of all persons; nobody moves otherwise where no person moved."""
     every = [
         k for k, n in KINDS.items() for _ in range(n) if k != MOVEMENT or evidence.of_one_person
     ]
-    return [every[i % len(every)] for i in range(count)]
+    return [every[i % len(every)] for i in range(persons)]
+
+
+def _answered(evidence: Evidence, kind: str, seed: Sequence[int]) -> AssumedPerson:
+    """A person of a kind who is answered, see :data:`ANSWERED`."""
+    chance, share = np.random.default_rng([*seed, 0]), ANSWERED.get(kind, USUALLY_ANSWERED)
+    for attempt in count(1):
+        person = draw_person(evidence, kind, [*seed, attempt])
+        if person.shown or kind == NOTHING or chance.random() < share:
+            return person
+    raise AssertionError("attempts never end")
 
 
 def _promised(evidence: Evidence, inflation: Inflation) -> Mapping[str, float]:
@@ -184,7 +224,9 @@ def _row(
     right, injected = _right(person), family(_injected(person))
     weighing = evidence.settings.weighing
     first, p = _first(found.p)
-    exact = posterior(found.scores, EXACT, (0.0, 1.0))
+    # What is left of the difference tells how far all errors were larger than assumed.
+    exact_weight = 1.0 / found.circumstances.misfit
+    exact = posterior(found.scores, replace(EXACT, evidence=exact_weight), (0.0, 1.0))
     exact_first, exact_p = _first(exact)
     chosen = set90(found.p, weighing, found.told)
     group = found.groups[0] if found.groups else [found.best.label]
@@ -193,6 +235,7 @@ def _row(
         number=number,
         kind=person.kind,
         truth=person.truth,
+        weight=1.0 if person.shown or person.kind == NOTHING else 1.0 / USUALLY_ANSWERED,
         moved_deg=person.moved_deg,
         cause=round(min(person.cause_shows, default=0.0), 2),
         movement=round(person.movement_shows, 2),

@@ -82,7 +82,8 @@ def _exact(table: pd.DataFrame, settings: GapSettings) -> dict[str, Any]:
     }
     believed[SINGLE] = 1.0 - sum(believed.values())
     ordered = table.sort_values("exact_p")
-    weights = ordered["kind"].map(believed) / ordered["kind"].map(table["kind"].value_counts())
+    drawn = table.groupby("kind")["weight"].sum()
+    weights = ordered["weight"] * ordered["kind"].map(believed) / ordered["kind"].map(drawn)
     weights = weights / weights.sum()
     bins = np.minimum((weights.cumsum() - 0.5 * weights) * BINS, BINS - 1).astype(int)
     rows, error = [], 0.0

@@ -36,6 +36,7 @@ from scapulohumeral.gap.recording.observables import (
     channel_unit,
 )
 from scapulohumeral.gap.residual.differences import Fold
+from scapulohumeral.gap.residual.noise import normal_draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UnknownInputs, most_probable_gain
 from scapulohumeral.gap.result import GroupShrinkage, Share, Shrinkage
@@ -364,7 +365,7 @@ def _shares_of_more(
     """Shares that further tasks like these would show, of which so much remains as covariance."""
     shares = []
     for (part, predicted), covariance in zip(parts, remains, strict=True):
-        rest = rng.multivariate_normal(np.zeros(len(predicted)), covariance, RESAMPLES)
+        rest = normal_draws(covariance, RESAMPLES, rng)
         before, after = (_root_mean_squares(part, each) for each in (predicted + rest, rest))
         ratios = map(reducible_share, before, after)
         shares += [ratio for ratio in ratios if ratio is not None]

@@ -221,6 +221,14 @@ def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
     return rest + noise * np.repeat(scales, size, axis=0)
 
 
+def normal_draws(covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Normal vectors (count, D) of a covariance (D, D), which may lack directions."""
+    variances, axes = np.linalg.eigh(covariance)
+    # Rounding makes variances of nothing negative.
+    deviations = np.sqrt(np.maximum(variances, 0.0))
+    return (deviations * rng.normal(size=(count, len(variances)))) @ axes.T
+
+
 def total_covariance(
     noise: np.ndarray,
     signatures: Sequence[TaskSignatures],

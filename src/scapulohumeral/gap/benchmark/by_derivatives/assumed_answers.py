@@ -40,7 +40,7 @@ from scapulohumeral.gap.weighing import Weighing
 
 log = logging.getLogger(__name__)
 
-# Most that are believed in show nothing: of such persons this share is answered, and each stands for
+# Most that are believed in show nothing: this share of such persons is answered, each standing for
 # those that were not. Pairs that do not show are asked of by no bar.
 ANSWERED = {PAIR: 0.0}
 USUALLY_ANSWERED = 0.25

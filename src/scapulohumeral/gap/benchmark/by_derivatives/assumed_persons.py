@@ -26,7 +26,7 @@ from scapulohumeral.gap.isolation.hypothesis import Hypothesis
 from scapulohumeral.gap.isolation.model_error import change_error, own_error
 from scapulohumeral.gap.isolation.suppositions import log_weight_of_size
 from scapulohumeral.gap.labels import JOIN, family
-from scapulohumeral.gap.residual.noise import draws
+from scapulohumeral.gap.residual.noise import draws, normal_draws
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import UNKNOWN_INPUT_SIZES
 
@@ -97,7 +97,7 @@ def draw_person(evidence: Evidence, kind: str, seed: int | Sequence[int]) -> Ass
     changes = [_change(other, one, at, error, rng) for one, at in zip(causes, x, strict=True)]
     if kind == UNKNOWN:
         changes.append(_smooth_inputs(evidence.unknown_inputs.columns, rng))
-    movement = _normal(other.covariance - same.covariance, rng)
+    movement = normal_draws(other.covariance - same.covariance, 1, rng)[0]
     scatter = draws(same, 1, int(rng.integers(2**31)))[:, 0]
     return AssumedPerson(
         kind=kind,
@@ -167,12 +167,6 @@ def _smooth_inputs(columns: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Change (D,) by smooth unknown inputs (D, S) of a size as probable as others."""
     size = float(rng.choice(UNKNOWN_INPUT_SIZES))
     return size * columns @ rng.normal(size=columns.shape[1])
-
-
-def _normal(covariance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """One draw (D,) of a covariance (D, D), which may lack directions."""
-    variance, axes = np.linalg.eigh(covariance)
-    return axes @ (np.sqrt(np.maximum(variance, 0.0)) * rng.normal(size=len(variance)))
 
 
 def _size(residual: Residual, change: np.ndarray) -> float:

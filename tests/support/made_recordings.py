@@ -101,6 +101,7 @@ def write_c3d(
     rate_hz: float = RATE_HZ,
     analog: Mapping[str, np.ndarray] | None = None,
     analog_rate_hz: float = 2000.0,
+    first_frame: int = 1,
 ) -> None:
     """Write markers (T, 3) [m], NaN where not seen, and analog channels [V] as C3D."""
     file = ezc3d.c3d()
@@ -109,6 +110,8 @@ def write_c3d(
     file["parameters"]["POINT"]["LABELS"]["value"] = list(points)
     file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
     file["parameters"]["POINT"]["RATE"]["value"] = [rate_hz]
+    # The library counts from zero.
+    file["header"]["points"]["first_frame"] = first_frame - 1
     file["data"]["points"] = np.concatenate([tracks, np.ones((1, *tracks.shape[1:]))])
     if analog is not None:
         file["parameters"]["ANALOG"]["LABELS"]["value"] = list(analog)
@@ -119,7 +122,11 @@ def write_c3d(
 
 
 def write_trc(
-    path: Path, points: Mapping[str, np.ndarray], unit: str = "mm", start_s: float = 0.0
+    path: Path,
+    points: Mapping[str, np.ndarray],
+    unit: str = "mm",
+    start_s: float = 0.0,
+    first_frame: int = 1,
 ) -> None:
     """Write markers (T, 3) [m] as TRC; empty cells where not seen."""
     scale = {"mm": 1e3, "m": 1.0}.get(unit, 1.0)
@@ -135,7 +142,7 @@ def write_trc(
     for k in range(frames):
         cells = np.concatenate([track[k] for track in points.values()]) * scale
         text = ["" if np.isnan(cell) else f"{cell:.6f}" for cell in cells]
-        lines.append("\t".join([str(k + 1), f"{start_s + k / RATE_HZ:.5f}", *text]))
+        lines.append("\t".join([str(k + first_frame), f"{start_s + k / RATE_HZ:.5f}", *text]))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

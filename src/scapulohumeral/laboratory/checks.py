@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
-from scapulohumeral.laboratory.markers.landmarks import Misfits
+from scapulohumeral.laboratory.markers.landmarks import Landmarks, Misfits
 from scapulohumeral.laboratory.trial import Converted
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.plausibility import (
@@ -94,20 +94,18 @@ def thorax_shape(points: Points) -> dict[str, float]:
     }
 
 
-def check_points(
-    points: Points, up: Array | None, converted: Converted, limits: Limits
-) -> list[Finding]:
+def check_points(landmarks: Landmarks, converted: Converted, limits: Limits) -> list[Finding]:
     """Findings in one recording of landmarks.
 
     Parameters
     ----------
-    points : landmark -> (T, 3) [m]
-    up : (3,) laboratory axis that points up, or None: tilt is then not checked
+    landmarks : without an axis that points up, tilt is not checked
     converted : the trial
     limits : Limits
     """
-    found = [*_tilt(converted.segments.thorax, up, limits), *_epicondyles(points, limits)]
-    found += _far_away(points)
+    points, first_frame = landmarks.points, landmarks.first_frame
+    found = _tilt(converted.segments.thorax, landmarks.up, limits)
+    found += [*_epicondyles(points, limits), *_far_away(points, first_frame)]
     for name, length in segment_lengths(points).items():
         spread = float(length.std())
         if spread > limits.length_change_m:
@@ -117,13 +115,14 @@ def check_points(
                     "segment_length_varies",
                     NOTE,
                     f"{name}: length varies by {1e3 * spread:.1f} mm (standard deviation), most at "
-                    f"frame {k + 1}; expected at most {1e3 * limits.length_change_m:.0f} mm",
+                    f"frame {k + first_frame}; expected at most "
+                    f"{1e3 * limits.length_change_m:.0f} mm",
                 )
             )
-    return found + _thorax_moves(points, limits)
+    return found + _thorax_moves(points, first_frame, limits)
 
 
-def _far_away(points: Points) -> list[Finding]:
+def _far_away(points: Points, first_frame: int) -> list[Finding]:
     """Landmarks where no arm reaches: a ghost marker, or one of something else."""
     found = []
     for name, track in points.items():
@@ -131,8 +130,8 @@ def _far_away(points: Points) -> list[Finding]:
         if away.max() > REACH_M:
             k = int(away.argmax())
             text = (
-                f"{name} is {away[k]:.1f} m from IJ in frame {k + 1}; expected at most {REACH_M:g} "
-                "m. Look for a ghost marker there"
+                f"{name} is {away[k]:.1f} m from IJ in frame {k + first_frame}; expected at most "
+                f"{REACH_M:g} m. Look for a ghost marker there"
             )
             found.append(Finding("landmark_far_away", FAULT, text))
     return found
@@ -189,7 +188,7 @@ def check_clusters(misfits: Misfits, limits: Limits) -> list[Finding]:
     return found
 
 
-def _thorax_moves(points: Points, limits: Limits) -> list[Finding]:
+def _thorax_moves(points: Points, first_frame: int, limits: Limits) -> list[Finding]:
     """Thorax landmarks that leave each other within a trial."""
     found = []
     for a, b in THORAX_LENGTHS:
@@ -198,8 +197,8 @@ def _thorax_moves(points: Points, limits: Limits) -> list[Finding]:
         if away.max() > 2.0 * limits.thorax_change_m:
             k = int(away.argmax())
             text = (
-                f"{a} and {b}: distance {1e3 * length[k]:.0f} mm at frame {k + 1}, median "
-                f"{1e3 * np.median(length):.0f} mm. One of them was lost or swapped there"
+                f"{a} and {b}: distance {1e3 * length[k]:.0f} mm at frame {k + first_frame}, "
+                f"median {1e3 * np.median(length):.0f} mm. One of them was lost or swapped there"
             )
             found.append(Finding("thorax_markers_move", FAULT, text))
     return found
@@ -241,16 +240,20 @@ def check_session(
     return found
 
 
-def check_motion(motion: Motion, tables: ModelTables) -> list[Finding]:
-    """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges."""
+def check_motion(motion: Motion, tables: ModelTables, first_frame: int = 1) -> list[Finding]:
+    """Steps in time too long for an arm, jumps of segments, angles beyond the model's ranges.
+
+    Frames are named as those of a file are that count from `first_frame` on.
+    """
     pose, steps = trial_to_pose(motion.angles_rad), np.diff(motion.time_s)
     found = _rate(float(np.median(steps)))
     for segment, turn in turns_deg(pose).items():
         speed, limit = turn / steps, largest_speed(segment)
         if np.any(too_fast := (speed > limit) & (turn > LEAST_JUMP_DEG)):
             k = int(np.where(too_fast, speed, 0.0).argmax())
+            frame = k + first_frame
             text = (
-                f"{segment} turns by {turn[k]:.1f} deg between frames {k + 1} and {k + 2} "
+                f"{segment} turns by {turn[k]:.1f} deg between frames {frame} and {frame + 1} "
                 f"({speed[k]:.0f} deg/s); expected at most {limit:.0f} deg/s. Look for swapped "
                 "markers of it or of the thorax there"
             )

@@ -196,7 +196,7 @@ def refuse_faults(statics: Sequence[Landmarks], tables: ModelTables) -> None:
     """
     for static in statics:
         raw = convert_segments(segments_of_landmarks(static, tables), tables)
-        findings = check_points(static.points, static.up, raw, Limits())
+        findings = check_points(static, raw, Limits())
         findings += check_clusters(static.misfits, Limits())
         wrong = "; ".join(one.text for one in findings if one.severity == FAULT)
         if wrong:
@@ -207,8 +207,8 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
     segments = segments_of_landmarks(landmarks, settings.tables)
     raw = convert_segments(segments, settings.tables)
     findings = [
-        *check_points(landmarks.points, landmarks.up, raw, settings.limits),
-        *check_motion(raw.motion, settings.tables),
+        *check_points(landmarks, raw, settings.limits),
+        *check_motion(raw.motion, settings.tables, landmarks.first_frame),
         *check_clusters(landmarks.misfits, settings.limits),
         *check_coordinates(landmarks.missing),
     ]
@@ -245,6 +245,7 @@ def _marker_source(landmarks: Landmarks, calibration: Calibration) -> Source:
             "side": marker_map.side,
             "mirrored": marker_map.side == "left",
             "unit": landmarks.unit,
+            "first_frame": landmarks.first_frame,
             "up": None if landmarks.up is None else landmarks.up.tolist(),
             "glenohumeral_centre": landmarks.centre,
             "landmarks": {name: list(m) for name, m in marker_map.landmarks.items()},

@@ -147,11 +147,11 @@ def segments_of_landmarks(landmarks: Landmarks, tables: ModelTables) -> Segments
     """
     points = landmarks.points
     try:
-        thorax = thorax_frame(points)
+        thorax = thorax_frame(points, landmarks.first_frame)
         inside = {name: np.einsum("tji,tj->ti", thorax, p) for name, p in points.items()}
         has_scapula = all(name in points for name in SCAPULA)
-        scapula = scapula_frame(inside) if has_scapula else None
-        humerus = humerus_frame(inside)
+        scapula = scapula_frame(inside, landmarks.first_frame) if has_scapula else None
+        humerus = humerus_frame(inside, landmarks.first_frame)
     except DataError as error:
         raise DataError(f"{landmarks.source}, {error}") from error
     clavicle, rule = _clavicle(inside, scapula, tables)

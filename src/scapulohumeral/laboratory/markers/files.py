@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class Markers:
     source : file
     names : (N,) labels as written
     start_s : time of the first frame; rate_hz : frames per second
+    first_frame : its number in the file, and in viewers; 1 where the format has none
     points_m : (T, N, 3) [m], NaN where a marker was not seen
     up : laboratory axis that points up, such as "+z", where the file says it
     unit : of lengths in the file
@@ -43,6 +45,7 @@ class Markers:
     names: tuple[str, ...]
     start_s: float
     rate_hz: float
+    first_frame: int
     points_m: Array
     up: str | None
     unit: str
@@ -130,7 +133,18 @@ def _read_c3d(path: Path) -> Markers:
     screen = point.get("Y_SCREEN", {"value": []})["value"]
     up = text_of(screen[0]).lower() if screen else None
     # Time counts from the first frame, as that of analog channels does.
-    return Markers(path, labels, 0.0, rate, points[:, : len(labels)], up, unit)
+    return Markers(path, labels, 0.0, rate, _first_frame(file), points[:, : len(labels)], up, unit)
+
+
+def _first_frame(file: Mapping[str, Any]) -> int:
+    """Number of the first frame of a C3D file, which is above 1 once a recording was cut."""
+    trial = file["parameters"].get("TRIAL", {})
+    words = [int(word) for word in trial.get("ACTUAL_START_FIELD", {"value": ()})["value"]]
+    if len(words) == 2 and any(words):
+        # The header has 16 bits for it; here are two words of 16, the low one first.
+        return (words[1] & 0xFFFF) << 16 | words[0] & 0xFFFF
+    # The library counts from zero.
+    return int(file["header"]["points"]["first_frame"]) + 1
 
 
 def _labels(point: Mapping[str, Mapping[str, Sequence[str]]]) -> list[str]:
@@ -157,7 +171,14 @@ def _read_trc(path: Path) -> Markers:
     _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
-    return Markers(path, names, float(table[0, 1]), rate, points, None, unit)
+    first_frame = _first_number(table[:, 0])
+    return Markers(path, names, float(table[0, 1]), rate, first_frame, points, None, unit)
+
+
+def _first_number(numbers: Array) -> int:
+    """First of the numbers of frames (T,) in a file; 1 where they are missing or skip some."""
+    counted = np.isfinite(numbers).all() and (np.diff(numbers) == 1.0).all()
+    return int(numbers[0]) if counted else 1
 
 
 def _check_rate(path: Path, written: str, rate_hz: float) -> None:
@@ -220,4 +241,4 @@ def _read_csv(path: Path) -> Markers:
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
     rate = uniform_rate(path, TIME_COLUMN, time)
     points = table.reshape(len(table), len(names), 3) * METRES[unit]
-    return Markers(path, names, float(time[0]), rate, points, None, unit)
+    return Markers(path, names, float(time[0]), rate, 1, points, None, unit)

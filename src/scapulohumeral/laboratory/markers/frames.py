@@ -34,41 +34,42 @@ def axes_matrix(x: Array, y: Array) -> Array:
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
-def thorax_frame(points: Points) -> Array:
+def thorax_frame(points: Points, first_frame: int = 1) -> Array:
     """Thorax (T, 3, 3): y from mid(PX, T8) to mid(IJ, C7), x normal to IJ, C7 and mid(PX, T8).
 
     Raises
     ------
-    DataError                        the landmarks lie on a line in some frame
+    DataError                        the landmarks lie on a line in some frame, which is named as
+                                     frames of the file count, from `first_frame` on
     """
     low, high = (points["PX"] + points["T8"]) / 2.0, (points["IJ"] + points["C7"]) / 2.0
     up = high - low
     right = np.cross(points["IJ"] - low, points["C7"] - low)
-    return _frame("thorax", THORAX, right, up, keep="y")
+    return _frame("thorax", THORAX, right, up, "y", first_frame)
 
 
-def scapula_frame(points: Points) -> Array:
+def scapula_frame(points: Points, first_frame: int = 1) -> Array:
     """Scapula (T, 3, 3): x from TS to AA, z normal to AA, TS and AI, to the back.
 
     Raises
     ------
-    DataError                        the landmarks lie on a line in some frame
+    DataError                        as `thorax_frame`
     """
     x = points["AA"] - points["TS"]
-    return _frame("scapula", SCAPULA, x, points["AA"] - points["AI"], keep="x")
+    return _frame("scapula", SCAPULA, x, points["AA"] - points["AI"], "x", first_frame)
 
 
-def humerus_frame(points: Points) -> Array:
+def humerus_frame(points: Points, first_frame: int = 1) -> Array:
     """Humerus (T, 3, 3): y from mid(EL, EM) to GH, x in the plane of GH, EL and EM, to EL.
 
     This is the ISB's first definition, which needs no forearm.
 
     Raises
     ------
-    DataError                        the landmarks lie on a line in some frame
+    DataError                        as `thorax_frame`
     """
     y = points["GH"] - elbow_centre(points)
-    return _frame("humerus", HUMERUS, points["EL"] - points["EM"], y, keep="y")
+    return _frame("humerus", HUMERUS, points["EL"] - points["EM"], y, "y", first_frame)
 
 
 def elbow_centre(points: Points) -> Array:
@@ -76,7 +77,9 @@ def elbow_centre(points: Points) -> Array:
     return (points["EL"] + points["EM"]) / 2.0
 
 
-def _frame(segment: str, landmarks: tuple[str, ...], x: Array, y: Array, keep: str) -> Array:
+def _frame(
+    segment: str, landmarks: tuple[str, ...], x: Array, y: Array, keep: str, first_frame: int
+) -> Array:
     """Frame with one of two axes as it is and the other in their plane."""
     # Landmarks on a line leave the turn about it undefined; a degree of noise is 0.02.
     with np.errstate(invalid="ignore"):
@@ -84,8 +87,8 @@ def _frame(segment: str, landmarks: tuple[str, ...], x: Array, y: Array, keep: s
     flat = np.flatnonzero(~(slant > 0.02))
     if flat.size:
         raise DataError(
-            f"frame {flat[0] + 1}: landmarks {', '.join(landmarks)} of the {segment} lie on a line "
-            "or coincide; expected a triangle. Look for swapped or merged markers there."
+            f"frame {flat[0] + first_frame}: landmarks {', '.join(landmarks)} of the {segment} lie "
+            "on a line or coincide; expected a triangle. Look for swapped or merged markers there."
         )
     if keep == "x":
         first = unit(x)

@@ -28,7 +28,7 @@ FEWEST_FRAMES = 5
 
 @dataclass(frozen=True)
 class Gap:
-    """Frames `first` to `last` (from 1, both included) in which a marker was not seen."""
+    """Frames `first` to `last` of the file (both included) in which a marker was not seen."""
 
     marker: str
     first: int
@@ -36,7 +36,7 @@ class Gap:
 
 
 def fill_gaps(
-    source: Path, marker: str, points: Array, rate_hz: float
+    source: Path, marker: str, points: Array, rate_hz: float, first_frame: int = 1
 ) -> tuple[Array, tuple[Gap, ...]]:
     """Fill gaps of at most `LONGEST_S` by a smooth cubic spline along the frames beside them.
 
@@ -48,6 +48,7 @@ def fill_gaps(
     source, marker : named in errors
     points : array, shape (T, 3)     NaN where the marker was not seen
     rate_hz : frames per second
+    first_frame : its number in the file
 
     Returns
     -------
@@ -61,45 +62,49 @@ def fill_gaps(
     seen = np.isfinite(points).all(axis=1)
     if seen.all():
         return points, ()
-    gaps = find_gaps(marker, np.asarray(seen))
+    frames = first_frame + np.arange(len(points))
+    gaps = find_gaps(marker, np.asarray(seen), first_frame)
     for gap in gaps:
-        _refuse_long(source, gap, rate_hz, len(points))
+        _refuse_long(source, gap, rate_hz, frames)
     filled = points.copy()
-    frames = np.arange(len(points))
     reach = max(FEWEST_FRAMES, round(BESIDE_S * rate_hz))
     # Weight of smoothness with which a smoothing spline halves a wave of the corner frequency.
     weight = (rate_hz / (2.0 * np.pi * CORNER_HZ)) ** 4
     for gap in gaps:
-        near = seen & (frames >= gap.first - 1 - reach) & (frames < gap.last + reach)
+        near = seen & (frames >= gap.first - reach) & (frames <= gap.last + reach)
         if near.sum() < FEWEST_FRAMES:
             raise DataError(
                 f"{_place(source, gap)}, and in only {near.sum()} of the frames beside them; "
                 f"expected {FEWEST_FRAMES} or more. Fill it in the software that recorded it."
             )
-        inside = slice(gap.first - 1, gap.last)
+        inside = (frames >= gap.first) & (frames <= gap.last)
         curve = make_smoothing_spline(frames[near], points[near], lam=weight)
         filled[inside] = curve(frames[inside])
     return filled, gaps
 
 
-def find_gaps(marker: str, seen: np.ndarray) -> tuple[Gap, ...]:
-    """Runs of frames in which a marker was not seen, of a boolean array (T,)."""
+def find_gaps(marker: str, seen: np.ndarray, first_frame: int = 1) -> tuple[Gap, ...]:
+    """Runs of frames in which a marker was not seen, of a boolean array (T,) from a frame on."""
     edges = np.diff(np.concatenate([[1], seen.astype(int), [1]]))
     starts, ends = np.flatnonzero(edges == -1), np.flatnonzero(edges == 1)
-    return tuple(Gap(marker, int(a) + 1, int(b)) for a, b in zip(starts, ends, strict=True))
+    return tuple(
+        Gap(marker, int(a) + first_frame, int(b) + first_frame - 1)
+        for a, b in zip(starts, ends, strict=True)
+    )
 
 
 def _place(source: Path, gap: Gap) -> str:
     return f"{source}, marker {gap.marker}, frames {gap.first} to {gap.last}: not seen"
 
 
-def _refuse_long(source: Path, gap: Gap, rate_hz: float, frames: int) -> None:
+def _refuse_long(source: Path, gap: Gap, rate_hz: float, frames: np.ndarray) -> None:
     length = (gap.last - gap.first + 1) / rate_hz
     place = _place(source, gap)
-    if gap.first == 1 or gap.last == frames:
+    if gap.first == frames[0] or gap.last == frames[-1]:
+        end = "start" if gap.first == frames[0] else "end"
         raise DataError(
-            f"{place} at the {'start' if gap.first == 1 else 'end'} of the recording, where a gap "
-            "cannot be filled. Cut the recording to the frames in which the marker is seen."
+            f"{place} at the {end} of the recording, where a gap cannot be filled. Cut the "
+            "recording to the frames in which the marker is seen."
         )
     if length > LONGEST_S + 1e-9:
         raise DataError(

@@ -42,6 +42,7 @@ class Landmarks:
     source : file
     time_s : (T,)
     rate_hz : frames per second
+    first_frame : its number in the file; 1 where the format has none
     points : landmark -> (T, 3) [m], laboratory axes
     up : (3,) unit vector, or None if nothing says where up is
     unit : of lengths in the file
@@ -54,6 +55,7 @@ class Landmarks:
     source: Path
     time_s: Array
     rate_hz: float
+    first_frame: int
     points: Mapping[str, Array]
     up: Array | None
     unit: str
@@ -133,8 +135,8 @@ def read_landmarks(path: Path, calibration: Calibration, posture: bool = False) 
     else:
         up = _up(markers, calibration.marker_map)
     try:
-        thorax = thorax_frame(points)
-        words = _add_centre(points, calibration)
+        thorax = thorax_frame(points, markers.first_frame)
+        words = _add_centre(points, calibration, markers.first_frame)
     except DataError as error:
         raise DataError(f"{path}, {error}") from error
     _check_side(markers, calibration.marker_map, points, thorax)
@@ -142,6 +144,7 @@ def read_landmarks(path: Path, calibration: Calibration, posture: bool = False) 
         source=path,
         time_s=markers.time_s,
         rate_hz=markers.rate_hz,
+        first_frame=markers.first_frame,
         points=points,
         up=up,
         unit=markers.unit,
@@ -162,7 +165,9 @@ def _bony_points(
         if label not in filled:
             column = markers.points_m[:, markers.column(label)]
             _check_seen(markers, label, column)
-            filled[label], found = fill_gaps(markers.source, label, column, markers.rate_hz)
+            filled[label], found = fill_gaps(
+                markers.source, label, column, markers.rate_hz, markers.first_frame
+            )
             gaps.extend(found)
         return filled[label]
 
@@ -326,7 +331,10 @@ def _functional(calibration: Calibration) -> Centre:
     if marker_map.side == "left":
         points = _mirrored(points, _up(markers, marker_map))[0]
         tracks = _mirrored(tracks, _up(markers, marker_map))[0]
-    scapula = scapula_frame(points)
+    try:
+        scapula = scapula_frame(points, markers.first_frame)
+    except DataError as error:
+        raise DataError(f"{path}, {error}") from error
     local = [np.einsum("tji,tj->ti", scapula, p - points["AA"]) for p in tracks.values()]
     seen = [p[np.isfinite(p).all(axis=1)] for p in local]
     unseen = [name for name, track in zip(tracks, seen, strict=True) if not len(track)]
@@ -338,18 +346,19 @@ def _functional(calibration: Calibration) -> Centre:
     return fit_centre(str(path), seen, tuple(tracks))
 
 
-def _add_centre(points: dict[str, Array], calibration: Calibration) -> str:
+def _add_centre(points: dict[str, Array], calibration: Calibration, first_frame: int) -> str:
     """Put GH into the landmarks; returns how it was found, in words."""
     method = calibration.marker_map.method
     if method == "meskers":
         points["GH"] = meskers_centre(points)
         return "regression on AC, AA, TS, AI and PC (Meskers et al. 1998)"
     if method == "model":
-        points["GH"] = model_centre(calibration.tables, points, scapula_frame(points))
+        scapula = scapula_frame(points, first_frame)
+        points["GH"] = model_centre(calibration.tables, points, scapula)
         return "centre of the model's scapula, scaled to the length from TS to AA"
     if calibration.centre is not None:
         centre = calibration.centre
-        points["GH"] = points["AA"] + scapula_frame(points) @ centre.position_m
+        points["GH"] = points["AA"] + scapula_frame(points, first_frame) @ centre.position_m
         place = ", ".join(f"{1e3 * v:.1f}" for v in centre.position_m)
         fit = f"fit of spheres, {1e3 * centre.residual_m:.1f} mm RMS"
         return f"{fit}: ({place}) mm from AA in scapula axes"

@@ -137,4 +137,4 @@ def _motion(file: Path, found: Path, model_map: ModelMap) -> Landmarks | DataErr
         points = {name: point * sign for name, point in points.items()}
     # The times of the motion may be rounded ones.
     time = time[0] + np.arange(len(time)) / rate
-    return Landmarks(file, time, rate, points, up, "m", (), "landmark GH of the model", missing)
+    return Landmarks(file, time, rate, 1, points, up, "m", (), "landmark GH of the model", missing)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scapulohumeral.laboratory.markers.clusters import Carried
 from scapulohumeral.laboratory.markers.frames import Points, elbow_centre
-from scapulohumeral.laboratory.markers.landmarks import Landmarks, Misfits
+from scapulohumeral.laboratory.markers.landmarks import Landmarks
 from scapulohumeral.laboratory.trial import Converted
 from scapulohumeral.model.motion import Motion
 from scapulohumeral.model.plausibility import (
@@ -164,18 +165,18 @@ def _epicondyles(points: Points, limits: Limits) -> list[Finding]:
     return [Finding("epicondyles_apart", FAULT, text)]
 
 
-def check_clusters(misfits: Misfits, limits: Limits) -> list[Finding]:
+def check_clusters(clusters: Mapping[str, Carried], limits: Limits) -> list[Finding]:
     """Findings of clusters whose markers are not where the static trial has them.
 
     Parameters
     ----------
-    misfits : cluster -> marker -> (T,) [m] from the rigid cluster that fits best
+    clusters : cluster -> what it carried
     limits : Limits
     """
     found = []
     noteworthy, faulty = limits.cluster_m
-    for name, markers in misfits.items():
-        squares = {label: float(np.mean(away**2)) for label, away in markers.items()}
+    for name, carried in clusters.items():
+        squares = {label: float(np.mean(away**2)) for label, away in carried.misfits.items()}
         size = float(np.sqrt(np.mean(list(squares.values()))))
         if size > noteworthy:
             worst = max(squares, key=squares.__getitem__)

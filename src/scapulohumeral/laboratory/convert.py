@@ -197,7 +197,7 @@ def refuse_faults(statics: Sequence[Landmarks], tables: ModelTables) -> None:
     for static in statics:
         raw = convert_segments(segments_of_landmarks(static, tables), tables)
         findings = check_points(static, raw, Limits())
-        findings += check_clusters(static.misfits, Limits())
+        findings += check_clusters(static.clusters, Limits())
         wrong = "; ".join(one.text for one in findings if one.severity == FAULT)
         if wrong:
             raise DataError(f"{static.source}: {wrong}. Correct the markers, or name another file.")
@@ -209,7 +209,7 @@ def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> O
     findings = [
         *check_points(landmarks, raw, settings.limits),
         *check_motion(raw.motion, settings.tables, landmarks.first_frame),
-        *check_clusters(landmarks.misfits, settings.limits),
+        *check_clusters(landmarks.clusters, settings.limits),
         *check_coordinates(landmarks.missing),
     ]
     lengths = segment_lengths(landmarks.points)

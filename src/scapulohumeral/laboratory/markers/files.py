@@ -78,6 +78,21 @@ class Markers:
             "marker map, or label the recording."
         )
 
+    def track(self, label: str) -> Array:
+        """Positions (T, 3) [m] of a marker, found as by `column`; NaN where it was not seen.
+
+        Raises
+        ------
+        DataError                    no such marker, several, or one that no frame shows
+        """
+        track = self.points_m[:, self.column(label)]
+        if not np.isfinite(track).all(axis=1).any():
+            raise DataError(
+                f"{self.source}, marker {label}: not seen in any of {len(track)} frames (positions "
+                "of exactly zero count as not seen). Label it in the recording, or map another."
+            )
+        return track
+
 
 def read_markers(path: Path) -> Markers:
     """Read a recording of markers.

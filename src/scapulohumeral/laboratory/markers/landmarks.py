@@ -1,6 +1,6 @@
 """Bony landmarks over time, from the markers of a recording and the map of a laboratory.
 
-Letters: T frames, K markers of a cluster.
+Letters: T frames.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from scapulohumeral.errors import ConfigError, DataError, absent
+from scapulohumeral.laboratory.markers.clusters import Carried, Template, carry, read_template
 from scapulohumeral.laboratory.markers.files import Markers, read_markers
 from scapulohumeral.laboratory.markers.frames import SCAPULA, scapula_frame, thorax_frame
 from scapulohumeral.laboratory.markers.gaps import Gap, fill_gaps
@@ -22,13 +22,12 @@ from scapulohumeral.laboratory.markers.glenohumeral import (
     meskers_centre,
     model_centre,
 )
-from scapulohumeral.laboratory.markers.marker_map import Cluster, MarkerMap
+from scapulohumeral.laboratory.markers.marker_map import MarkerMap
 from scapulohumeral.model.rotations import Array
 from scapulohumeral.model.tables import ModelTables
 
 # Distance of IJ and C7 from children to the largest adults: beyond, the unit is not what it says.
 CHEST_DEPTH_M = (0.05, 0.5)
-Misfits = Mapping[str, Mapping[str, Array]]
 # Landmarks that no joint angle needs: without them the picture shows less.
 ONLY_DRAWN = ("RS",)
 
@@ -49,7 +48,7 @@ class Landmarks:
     gaps : filled gaps of markers
     centre : how the glenohumeral centre was found, in words
     missing : coordinates that a motion of an OpenSim model does not hold
-    misfits : cluster -> marker -> (T,) [m] from where the rigid cluster that fits best has it
+    clusters : cluster -> what it carried
     """
 
     source: Path
@@ -62,7 +61,7 @@ class Landmarks:
     gaps: tuple[Gap, ...]
     centre: str
     missing: tuple[str, ...] = ()
-    misfits: Misfits = field(default_factory=dict)
+    clusters: Mapping[str, Carried] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +71,13 @@ class Calibration:
     Attributes
     ----------
     marker_map, tables
-    templates : cluster -> (markers (K, 3), landmark -> (3,)), both in axes of the cluster
+    templates : of the clusters
     centre : fitted glenohumeral centre in scapula axes from AA, or None
     """
 
     marker_map: MarkerMap
     tables: ModelTables
-    templates: Mapping[str, tuple[Array, Mapping[str, Array]]]
+    templates: tuple[Template, ...]
     centre: Centre | None
 
 
@@ -89,10 +88,12 @@ def calibrate(marker_map: MarkerMap, tables: ModelTables) -> Calibration:
     ------
     DataError                        one of them is missing or cannot be used
     """
-    templates: dict[str, tuple[Array, Mapping[str, Array]]] = {}
+    templates: tuple[Template, ...] = ()
     if marker_map.clusters and marker_map.static is not None:
         static = _read(marker_map.static, "static")
-        templates = {c.name: _template(marker_map, c, static) for c in marker_map.clusters}
+        templates = tuple(
+            read_template(one, marker_map.landmarks, static) for one in marker_map.clusters
+        )
     calibration = Calibration(marker_map, tables, templates, None)
     if marker_map.functional_trial is None:
         return calibration
@@ -128,7 +129,7 @@ def read_landmarks(path: Path, calibration: Calibration, posture: bool = False) 
             f"{path}: one frame, which is a posture and no motion; expected at least two. "
             "Export the whole recording, or name this one under static in the marker map."
         )
-    points, gaps, misfits = _bony_points(markers, calibration)
+    points, gaps, clusters = _bony_points(markers, calibration)
     _check_size(markers, points)
     if calibration.marker_map.side == "left":
         points, up = _mirrored(points, _up(markers, calibration.marker_map))
@@ -150,34 +151,27 @@ def read_landmarks(path: Path, calibration: Calibration, posture: bool = False) 
         unit=markers.unit,
         gaps=gaps,
         centre=words,
-        misfits=misfits,
+        clusters=clusters,
     )
 
 
 def _bony_points(
     markers: Markers, calibration: Calibration
-) -> tuple[dict[str, Array], tuple[Gap, ...], Misfits]:
-    """Landmarks by markers of their own or by clusters, filled gaps, and misfits of clusters."""
+) -> tuple[dict[str, Array], tuple[Gap, ...], dict[str, Carried]]:
+    """Landmarks by markers of their own or by clusters, filled gaps, and what clusters carried."""
     filled: dict[str, Array] = {}
     gaps: list[Gap] = []
 
     def track(label: str) -> Array:
         if label not in filled:
-            column = markers.points_m[:, markers.column(label)]
-            _check_seen(markers, label, column)
             filled[label], found = fill_gaps(
-                markers.source, label, column, markers.rate_hz, markers.first_frame
+                markers.source, label, markers.track(label), markers.rate_hz, markers.first_frame
             )
             gaps.extend(found)
         return filled[label]
 
-    carried: dict[str, Array] = {}
-    misfits: dict[str, Mapping[str, Array]] = {}
-    for cluster in calibration.marker_map.clusters:
-        cloud = np.stack([track(label) for label in cluster.markers], axis=1)
-        landmarks, misfit = _carried(calibration.templates[cluster.name], cloud)
-        carried |= landmarks
-        misfits[cluster.name] = dict(zip(cluster.markers, misfit.T, strict=True))
+    clusters = {template.name: carry(template, track) for template in calibration.templates}
+    carried = {name: p for one in clusters.values() for name, p in one.landmarks.items()}
     points: dict[str, Array] = {}
     needed_by = {"GH": "marker", "PC": "meskers"}
     for name, labels in calibration.marker_map.landmarks.items():
@@ -191,89 +185,11 @@ def _bony_points(
         except DataError:
             if name not in ONLY_DRAWN:
                 raise
-    return points, tuple(gaps), misfits
+    return points, tuple(gaps), clusters
 
 
 def _mean(tracks: Sequence[Array]) -> Array:
     return np.mean(tracks, axis=0)
-
-
-def _check_seen(markers: Markers, label: str, track: Array) -> None:
-    if not np.isfinite(track).all(axis=1).any():
-        raise DataError(
-            f"{markers.source}, marker {label}: not seen in any of {len(track)} frames (positions "
-            "of exactly zero count as not seen). Label it in the recording, or map another."
-        )
-
-
-def _template(
-    marker_map: MarkerMap, cluster: Cluster, static: Markers
-) -> tuple[Array, Mapping[str, Array]]:
-    """Mean places of a cluster and its landmarks in the static trial, in axes of the cluster.
-
-    Means in laboratory axes would bend the cluster when a marker is hidden while the person sways.
-    """
-    labels = {name: marker_map.landmarks[name] for name in cluster.landmarks}
-    tracks = {
-        label: static.points_m[:, static.column(label)]
-        for label in [*cluster.markers, *(label for many in labels.values() for label in many)]
-    }
-    whole = np.isfinite([tracks[label] for label in cluster.markers]).all(axis=(0, 2))
-    for label, track in tracks.items():
-        _check_seen(static, label, track)
-    for label, track in tracks.items():
-        if not np.isfinite(track[whole]).all(axis=1).any():
-            raise DataError(
-                f"{static.source}, cluster {cluster.name}: no frame shows {label} and all of "
-                f"{', '.join(cluster.markers)}. Record the static trial again, or map others."
-            )
-    cloud = np.stack([tracks[label][whole] for label in cluster.markers], axis=1)
-    spread = np.linalg.svd(cloud[0] - cloud[0].mean(axis=0), compute_uv=False)
-    if spread[1] < 0.005:
-        raise DataError(
-            f"{static.source}, cluster {cluster.name}: markers {', '.join(cluster.markers)} lie "
-            f"within {1e3 * spread[1]:.1f} mm of a line; expected a triangle. Add a marker."
-        )
-    turns, centre = _turns(cloud[0], cloud), cloud.mean(axis=1)
-
-    def place(label: str) -> Array:
-        return np.nanmean(np.einsum("tji,tj->ti", turns, tracks[label][whole] - centre), axis=0)
-
-    landmarks = {name: _mean([place(label) for label in many]) for name, many in labels.items()}
-    return np.array([place(label) for label in cluster.markers]), landmarks
-
-
-def _turns(reference: Array, cloud: Array) -> Array:
-    """Rotations (T, 3, 3) of a cluster (K, 3) that fit it best to its markers (T, K, 3)."""
-    centred = reference - reference.mean(axis=0)
-    return np.array(
-        [
-            Rotation.align_vectors(frame - frame.mean(axis=0), centred)[0].as_matrix()
-            for frame in cloud
-        ]
-    )
-
-
-def _carried(
-    template: tuple[Array, Mapping[str, Array]], cloud: Array
-) -> tuple[dict[str, Array], Array]:
-    """Landmarks (T, 3) that a cluster carries along: the rigid motion closest to its markers.
-
-    Parameters
-    ----------
-    template : markers (K, 3) and landmarks (3,) in axes of the cluster
-    cloud : array, shape (T, K, 3)   markers in the recording
-
-    Returns
-    -------
-    landmarks, and distances (T, K) [m] of the markers from where that motion has them
-    """
-    reference, landmarks = template
-    centre, moved = reference.mean(axis=0), cloud.mean(axis=1)
-    turns = _turns(reference, cloud)
-    rigid = moved[:, None] + (reference - centre) @ turns.swapaxes(1, 2)
-    found = {name: moved + turns @ (p - centre) for name, p in landmarks.items()}
-    return found, np.linalg.norm(cloud - rigid, axis=2)
 
 
 def _check_size(markers: Markers, points: Mapping[str, Array]) -> None:

@@ -166,7 +166,7 @@ def _epicondyles(points: Points, limits: Limits) -> list[Finding]:
 
 
 def check_clusters(clusters: Mapping[str, Carried], limits: Limits) -> list[Finding]:
-    """Findings of clusters whose markers are not where the static trial has them.
+    """Findings of clusters that lack markers, or whose markers are not where the static has them.
 
     Parameters
     ----------
@@ -176,6 +176,12 @@ def check_clusters(clusters: Mapping[str, Carried], limits: Limits) -> list[Find
     found = []
     noteworthy, faulty = limits.cluster_m
     for name, carried in clusters.items():
+        if carried.left_out:
+            text = (
+                f"cluster {name}: only {', '.join(carried.misfits)} carry its landmarks. "
+                + " ".join(carried.left_out)
+            )
+            found.append(Finding("cluster_incomplete", NOTE, text))
         squares = {label: float(np.mean(away**2)) for label, away in carried.misfits.items()}
         size = float(np.sqrt(np.mean(list(squares.values()))))
         if size > noteworthy:

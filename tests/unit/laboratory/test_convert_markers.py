@@ -172,12 +172,13 @@ CLUSTER_MAP = made.MAP.format(side="right") + (
 
 
 def with_cluster(angles: np.ndarray) -> dict[str, np.ndarray]:
-    """Landmarks, and three markers of a cluster on the acromion."""
+    """Landmarks, and four markers of a cluster on the acromion; K1, K2 and K4 are on a line."""
     place, turn = made.segments(angles, MODEL)["scapula_r"]
     cluster = {
         name: (place + turn @ np.array(local)) @ made.TO_LABORATORY.T + made.PLACE
         for name, local in (
             ("K1", [-0.03, 0.02, 0.05]), ("K2", [-0.07, 0.03, 0.06]), ("K3", [-0.05, 0.06, 0.05]),
+            ("K4", [-0.05, 0.025, 0.055]),
         )
     }  # fmt: skip
     return made.landmarks(angles, MODEL) | cluster
@@ -213,6 +214,64 @@ def test_a_knocked_marker_of_a_cluster_is_named(
     for finding in bent:
         assert "cluster acromion: markers leave its shape" in finding.text
         assert "mK3 most" in finding.text
+
+
+FOUR_MAP = CLUSTER_MAP.replace("mK3]", "mK3, mK4]")
+
+
+def convert_four(folder: Path, static: tuple[str, ...], trial: tuple[str, ...]) -> Outcome:
+    """Convert with a cluster of four, of which some are hidden in the static or in the trial."""
+    points = with_cluster(made.arm_angles())
+    never = np.full_like(points["K1"], np.nan)
+    still = {name: p[:20] for name, p in (points | dict.fromkeys(static, never)).items()}
+    made.write_c3d(folder / "static.c3d", made.marked(still))
+    moving = made.without(points | dict.fromkeys(trial, never), ("AA", "TS", "AI"))
+    return convert(folder, moving, text=FOUR_MAP)
+
+
+@pytest.mark.parametrize(
+    ("static", "trial", "said"),
+    [
+        ((), ("K4",), "trial.c3d, marker mK4: not seen in any of 120 frames"),
+        (("K4",), (), "static.c3d, marker mK4: not seen in any of 20 frames"),
+        (("K4",), ("K4",), "static.c3d, marker mK4: not seen in any of 20 frames"),
+    ],
+)
+def test_a_cluster_goes_by_the_markers_that_are_seen(
+    tmp_path: Path, static: tuple[str, ...], trial: tuple[str, ...], said: str
+) -> None:
+    outcome = convert_four(tmp_path, static, trial)
+    assert np.abs(angles_of(outcome) - np.rad2deg(made.arm_angles())).max() < 0.05
+    [finding] = outcome.findings
+    assert (finding.name, finding.severity) == ("cluster_incomplete", "note")
+    assert "cluster acromion: only mK1, mK2, mK3 carry its landmarks." in finding.text
+    assert said in finding.text
+
+
+def test_a_label_that_a_recording_lacks_is_a_marker_that_it_does_not_show(tmp_path: Path) -> None:
+    points = with_cluster(made.arm_angles())
+    made.write_c3d(tmp_path / "static.c3d", made.marked({n: p[:20] for n, p in points.items()}))
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI", "K4")), text=FOUR_MAP)
+    assert np.abs(angles_of(outcome) - np.rad2deg(made.arm_angles())).max() < 0.05
+    [finding] = outcome.findings
+    assert "no marker 'mK4'" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("static", "trial", "said"),
+    [
+        ((), ("K3", "K4"), "Cluster acromion needs 3 markers; found mK1, mK2."),
+        (("K1",), ("K4",), "Cluster acromion needs 3 markers; found mK2, mK3."),
+        ((), ("K3",), "markers mK1, mK2, mK4 lie within 0.0 mm of a line; expected a triangle."),
+    ],
+)
+def test_a_cluster_of_too_few_markers_is_refused(
+    tmp_path: Path, static: tuple[str, ...], trial: tuple[str, ...], said: str
+) -> None:
+    outcome = convert_four(tmp_path, static, trial)
+    assert outcome.converted is None
+    assert said in outcome.refusal
+    assert f"trial.c3d, marker m{trial[0]}: not seen in any of 120 frames" in outcome.refusal
 
 
 def test_one_frame_is_a_posture_that_sizes_are_taken_from(tmp_path: Path) -> None:

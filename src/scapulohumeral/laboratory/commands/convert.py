@@ -33,7 +33,7 @@ markers.yaml:
   landmarks: {IJ: jugular, PX: xiphoid, C7: c7, T8: t8, SC: sternoclav, AC: acromioclav,
     AA: [acr_back], TS: spine, AI: inferior, PC: coracoid, EL: epi_lat, EM: epi_med, US: ulna}
   glenohumeral: {method: meskers}  # or model; marker (landmark GH); functional, with trial: FILE
-  # landmarks shown only in a static trial, and carried by technical markers:
+  # landmarks shown only in a static trial, and carried by technical markers, three of them seen:
   # static: static.c3d
   # clusters: {acromion: {markers: [a1, a2, a3], landmarks: [AA, TS, AI]}}
 

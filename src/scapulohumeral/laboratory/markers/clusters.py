@@ -5,8 +5,8 @@ Letters: T frames, K markers of a cluster.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,6 +16,8 @@ from scapulohumeral.laboratory.markers.files import Markers
 from scapulohumeral.laboratory.markers.marker_map import Cluster
 from scapulohumeral.model.rotations import Array
 
+# Fewer markers leave the turn of a cluster open.
+FEWEST_MARKERS = 3
 # Markers of a cluster that spread by less than this in the second direction are a line [m].
 LEAST_SPREAD_M = 0.005
 
@@ -30,12 +32,14 @@ class Template:
     markers : (K,) labels
     places : (K, 3) [m] of the markers, in axes of the cluster
     landmarks : landmark -> (3,) [m] in axes of the cluster
+    left_out : why further markers of the map are not used, a text each
     """
 
     name: str
     markers: tuple[str, ...]
     places: Array
     landmarks: Mapping[str, Array]
+    left_out: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +50,12 @@ class Carried:
     ----------
     landmarks : landmark -> (T, 3) [m], laboratory axes, of a left arm as it is
     misfits : marker -> (T,) [m] from where the rigid cluster that fits best has it
+    left_out : why further markers of the map are not used, a text each
     """
 
     landmarks: Mapping[str, Array]
     misfits: Mapping[str, Array]
+    left_out: tuple[str, ...]
 
 
 def read_template(
@@ -58,6 +64,7 @@ def read_template(
     """Mean places of a cluster and its landmarks in the static trial, in axes of the cluster.
 
     Means in laboratory axes would bend the cluster when a marker is hidden while the person sways.
+    Markers of the cluster that the trial does not show are left out.
 
     Parameters
     ----------
@@ -67,26 +74,23 @@ def read_template(
 
     Raises
     ------
-    DataError                        a marker that is not there, or not together with the others, or
-                                     markers on a line; names file, cluster and marker
+    DataError                        fewer than three markers, one that is never seen together with
+                                     the others, markers on a line, or no marker of a landmark;
+                                     names file, cluster and marker
     """
+    seen, left_out = _seen(cluster.name, cluster.markers, static)
     labels = {name: landmarks[name] for name in cluster.landmarks}
     further = [label for many in labels.values() for label in many]
-    tracks = {label: static.track(label) for label in [*cluster.markers, *further]}
-    whole = np.isfinite([tracks[label] for label in cluster.markers]).all(axis=(0, 2))
+    tracks = {label: static.track(label) for label in [*seen, *further]}
+    whole = np.isfinite([tracks[label] for label in seen]).all(axis=(0, 2))
     for label, track in tracks.items():
         if not np.isfinite(track[whole]).all(axis=1).any():
             raise DataError(
                 f"{static.source}, cluster {cluster.name}: no frame shows {label} and all of "
-                f"{', '.join(cluster.markers)}. Record the static trial again, or map others."
+                f"{', '.join(seen)}. Record the static trial again, or map others."
             )
-    cloud = np.stack([tracks[label][whole] for label in cluster.markers], axis=1)
-    spread = np.linalg.svd(cloud[0] - cloud[0].mean(axis=0), compute_uv=False)
-    if spread[1] < LEAST_SPREAD_M:
-        raise DataError(
-            f"{static.source}, cluster {cluster.name}: markers {', '.join(cluster.markers)} lie "
-            f"within {1e3 * spread[1]:.1f} mm of a line; expected a triangle. Add a marker."
-        )
+    cloud = np.stack([tracks[label][whole] for label in seen], axis=1)
+    _refuse_line(static, cluster.name, (seen, left_out), cloud[0])
     turns, centre = _turns(cloud[0], cloud), cloud.mean(axis=1)
 
     def place(label: str) -> Array:
@@ -94,10 +98,59 @@ def read_template(
 
     return Template(
         name=cluster.name,
-        markers=cluster.markers,
-        places=np.array([place(label) for label in cluster.markers]),
+        markers=seen,
+        places=np.array([place(label) for label in seen]),
         landmarks={n: np.mean([place(one) for one in many], axis=0) for n, many in labels.items()},
+        left_out=left_out,
     )
+
+
+def _seen(
+    cluster: str, labels: Sequence[str], markers: Markers
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Those of the markers of a cluster that a recording shows, and why not the others.
+
+    Some software leaves the label of a marker out that it saw in no frame.
+    """
+    seen, hidden = [], []
+    for label in labels:
+        try:
+            markers.track(label)
+        except DataError as error:
+            hidden.append(str(error))
+        else:
+            seen.append(label)
+    if len(seen) < FEWEST_MARKERS:
+        raise DataError(
+            f"{hidden[0]} Cluster {cluster} needs {FEWEST_MARKERS} markers; found "
+            f"{', '.join(seen) or 'none'}."
+        )
+    return tuple(seen), tuple(hidden)
+
+
+def _refuse_line(
+    markers: Markers, cluster: str, found: tuple[Sequence[str], Sequence[str]], places: Array
+) -> None:
+    """Refuse a cluster whose markers, found by `_seen` and at places (K, 3), leave a turn open."""
+    seen, hidden = found
+    spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    if spread[1] < LEAST_SPREAD_M:
+        raise DataError(
+            f"{markers.source}, cluster {cluster}: markers {', '.join(seen)} lie within "
+            f"{1e3 * spread[1]:.1f} mm of a line; expected a triangle. "
+            f"{' '.join(hidden) or 'Add a marker.'}"
+        )
+
+
+def _as_seen(template: Template, markers: Markers) -> Template:
+    """A cluster without the markers that a recording does not show."""
+    seen, hidden = _seen(template.name, template.markers, markers)
+    if not hidden:
+        return template
+    places = template.places[[template.markers.index(label) for label in seen]]
+    _refuse_line(markers, template.name, (seen, hidden), places)
+    left_out = (*template.left_out, *hidden)
+    return replace(template, markers=seen, places=places, left_out=left_out)
 
 
 def _turns(reference: Array, cloud: Array) -> Array:
@@ -111,20 +164,30 @@ def _turns(reference: Array, cloud: Array) -> Array:
     )
 
 
-def carry(template: Template, track: Callable[[str], Array]) -> Carried:
+def carry(template: Template, markers: Markers, track: Callable[[str], Array]) -> Carried:
     """Landmarks that a cluster carries along: the rigid motion closest to its markers.
+
+    Those that the recording does not show are left out.
 
     Parameters
     ----------
     template : of the static trial
-    track : marker -> (T, 3) [m] in the recording, finite
+    markers : recording
+    track : marker -> (T, 3) [m] in the recording, gaps filled
+
+    Raises
+    ------
+    DataError                        fewer than three markers, or some on a line; names file,
+                                     cluster and marker
     """
-    cloud = np.stack([track(label) for label in template.markers], axis=1)
-    centre, moved = template.places.mean(axis=0), cloud.mean(axis=1)
-    turns = _turns(template.places, cloud)
-    rigid = moved[:, None] + (template.places - centre) @ turns.swapaxes(1, 2)
+    seen = _as_seen(template, markers)
+    cloud = np.stack([track(label) for label in seen.markers], axis=1)
+    centre, moved = seen.places.mean(axis=0), cloud.mean(axis=1)
+    turns = _turns(seen.places, cloud)
+    rigid = moved[:, None] + (seen.places - centre) @ turns.swapaxes(1, 2)
     misfit = np.linalg.norm(cloud - rigid, axis=2)
     return Carried(
-        landmarks={name: moved + turns @ (p - centre) for name, p in template.landmarks.items()},
-        misfits=dict(zip(template.markers, misfit.T, strict=True)),
+        landmarks={name: moved + turns @ (p - centre) for name, p in seen.landmarks.items()},
+        misfits=dict(zip(seen.markers, misfit.T, strict=True)),
+        left_out=seen.left_out,
     )

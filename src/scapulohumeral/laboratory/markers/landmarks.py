@@ -170,7 +170,7 @@ def _bony_points(
             gaps.extend(found)
         return filled[label]
 
-    clusters = {template.name: carry(template, track) for template in calibration.templates}
+    clusters = {one.name: carry(one, markers, track) for one in calibration.templates}
     carried = {name: p for one in clusters.values() for name, p in one.landmarks.items()}
     points: dict[str, Array] = {}
     needed_by = {"GH": "marker", "PC": "meskers"}

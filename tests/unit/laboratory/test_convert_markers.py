@@ -274,14 +274,39 @@ def test_a_cluster_of_too_few_markers_is_refused(
     assert f"trial.c3d, marker m{trial[0]}: not seen in any of 120 frames" in outcome.refusal
 
 
-def test_one_frame_is_a_posture_that_sizes_are_taken_from(tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
+def test_one_frame_is_a_posture_that_sizes_are_taken_from(tmp_path: Path, suffix: str) -> None:
     points = {name: p[:1] for name, p in made.landmarks(made.arm_angles(), MODEL).items()}
-    made.write_c3d(tmp_path / "static.c3d", made.marked(points))
+    static = tmp_path / f"static{suffix}"
+    made.WRITERS[suffix](static, made.marked(points))
     calibration = calibrate(read_marker_map(made.write_map(tmp_path / "map.yaml")), MODEL)
-    with pytest.raises(DataError, match="one frame"):
-        read_landmarks(tmp_path / "static.c3d", calibration)
-    found = read_landmarks(tmp_path / "static.c3d", calibration, posture=True)
+    with pytest.raises(DataError, match="one frame, which is a posture and no motion"):
+        read_landmarks(static, calibration)
+    found = read_landmarks(static, calibration, posture=True)
     np.testing.assert_allclose(found.points["AI"], points["AI"], atol=1e-6)
+    np.testing.assert_array_equal(found.time_s, [0.0])
+
+
+@pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
+def test_one_frame_shows_where_landmarks_are_in_a_cluster(tmp_path: Path, suffix: str) -> None:
+    angles = made.arm_angles()
+    points = with_cluster(angles)
+    still = {name: p[:1] for name, p in points.items()}
+    made.WRITERS[suffix](tmp_path / f"static{suffix}", made.marked(still))
+    text = CLUSTER_MAP.replace("static.c3d", f"static{suffix}")
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI")), text=text)
+    assert np.abs(angles_of(outcome) - np.rad2deg(angles)).max() < 0.05
+
+
+@pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
+def test_one_frame_is_no_motion_of_a_functional_centre(tmp_path: Path, suffix: str) -> None:
+    points = {name: p[:1] for name, p in made.landmarks(made.arm_angles(), MODEL).items()}
+    made.WRITERS[suffix](tmp_path / f"wide{suffix}", made.marked(points))
+    text = made.MAP.format(side="right").replace(" GH: mGH,", "")
+    text = text.replace("{method: marker}", f"{{method: functional, trial: wide{suffix}}}")
+    marker_map = read_marker_map(made.write_map(tmp_path / "map.yaml", text))
+    with pytest.raises(DataError, match="the arm moves too little for a centre"):
+        calibrate(marker_map, MODEL)
 
 
 def test_landmarks_on_a_line_are_named_with_their_file(tmp_path: Path) -> None:

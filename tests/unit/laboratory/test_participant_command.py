@@ -176,6 +176,20 @@ def test_a_static_posture_that_nobody_holds_is_no_measure_of_a_person(
     assert set(read_participant(tmp_path / "people", "ann").trials) == {"reach"}
 
 
+@pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
+def test_one_frame_is_enough_of_a_static_posture(tmp_path: Path, suffix: str) -> None:
+    arguments = session(tmp_path, ["reach"])
+    out = tmp_path / "out"
+    assert cli.main(["convert", str(tmp_path / "reach.c3d"), *arguments, "--out", str(out)]) == 0
+    still = {n: SIZE * p[:1] for n, p in made.landmarks(made.arm_angles(), MODEL).items()}
+    static = tmp_path / f"static{suffix}"
+    made.WRITERS[suffix](static, made.marked(still))
+    more = ["--trials", str(out / "reach.csv"), "--out", str(tmp_path / "people"), "--id", "ann"]
+    assert cli.main(["participant", "--static", str(static), *arguments, *BODY, *more]) == 0
+    person = read_participant(tmp_path / "people", "ann")
+    assert person.scale["scapula_r"] == pytest.approx((SIZE,) * 3, rel=2e-3)
+
+
 def test_trials_of_one_name_and_recordings_in_their_place_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,7 +34,8 @@ class Markers:
     ----------
     source : file
     names : (N,) labels as written
-    start_s : time of the first frame; rate_hz : frames per second
+    start_s : time of the first frame
+    rate_hz : frames per second; NaN of one frame in a table, which holds no rate
     first_frame : its number in the file, and in viewers; 1 where the format has none
     points_m : (T, N, 3) [m], NaN where a marker was not seen
     up : laboratory axis that points up, such as "+z", where the file says it
@@ -53,7 +54,9 @@ class Markers:
     @property
     def time_s(self) -> Array:
         """Times of the frames, shape (T,)."""
-        return self.start_s + np.arange(len(self.points_m)) / self.rate_hz
+        # One frame has a time, whatever its rate.
+        later = np.arange(1, len(self.points_m)) / self.rate_hz
+        return self.start_s + np.concatenate([[0.0], later])
 
     def column(self, label: str) -> int:
         """Number of the marker with a label, or with this label after a subject's name and colon.
@@ -182,8 +185,9 @@ def _read_trc(path: Path) -> Markers:
     table = np.array(rows).reshape(-1, len(columns))
     # Some programs leave an empty row before the numbers.
     first = body[0][0] if body else 6
-    rate = uniform_rate(path, "Time", table[:, 1], first_row=first)
-    _check_rate(path, settings.get("DataRate", ""), rate)
+    rate = _rate(path, "Time", table[:, 1], first)
+    if len(table) > 1:
+        _check_rate(path, settings.get("DataRate", ""), rate)
     points = table[:, 2:].reshape(len(table), len(names), 3) * scale
     # Data of OpenSim stand y up, but the format does not say so.
     first_frame = _first_number(table[:, 0])
@@ -194,6 +198,11 @@ def _first_number(numbers: Array) -> int:
     """First of the numbers of frames (T,) in a file; 1 where they are missing or skip some."""
     counted = np.isfinite(numbers).all() and (np.diff(numbers) == 1.0).all()
     return int(numbers[0]) if counted else 1
+
+
+def _rate(path: Path, column: str, time_s: Array, first_row: int) -> float:
+    """Frames per second by the times of a table; NaN of one frame, a posture that needs none."""
+    return np.nan if len(time_s) == 1 else uniform_rate(path, column, time_s, first_row)
 
 
 def _check_rate(path: Path, written: str, rate_hz: float) -> None:
@@ -254,6 +263,6 @@ def _read_csv(path: Path) -> Markers:
         ]
     )
     time = np.array([number(path, i, row, TIME_COLUMN) for i, row in enumerate(rows, start=2)])
-    rate = uniform_rate(path, TIME_COLUMN, time)
+    rate = _rate(path, TIME_COLUMN, time, first_row=2)
     points = table.reshape(len(table), len(names), 3) * METRES[unit]
     return Markers(path, names, float(time[0]), rate, 1, points, None, unit)

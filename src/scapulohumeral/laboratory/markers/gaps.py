@@ -84,7 +84,7 @@ def fill_gaps(
 
 
 def find_gaps(marker: str, seen: np.ndarray, first_frame: int = 1) -> tuple[Gap, ...]:
-    """Runs of frames in which a marker was not seen, of a boolean array (T,) from a frame on."""
+    """Runs of frames in which a marker was not seen, of `seen` (T,) from `first_frame` on."""
     edges = np.diff(np.concatenate([[1], seen.astype(int), [1]]))
     starts, ends = np.flatnonzero(edges == -1), np.flatnonzero(edges == 1)
     return tuple(

@@ -48,6 +48,7 @@ def bare(same=SAME, **known):
         "signatures": (),
         "unknown_inputs": SimpleNamespace(columns=COLUMNS),
         "session_shares": SessionShares(1.0, 1.0),
+        "scatter": dict.fromkeys(same.tasks, 1.0),
         "settings": SETTINGS,
         "known": {1.0: LOOSE, 10.0: FIRM},
         "fits": {},

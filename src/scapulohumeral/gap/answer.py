@@ -11,6 +11,7 @@ import pandas as pd
 
 from scapulohumeral.gap.curve_files import (
     MISFIT,
+    SCATTER_OF,
     ControlsRow,
     DirectionsRow,
     ErrorsRow,
@@ -259,6 +260,10 @@ def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
         ErrorsRow(error="marker_share", value=evidence.session_shares.markers),
         ErrorsRow(error="electrode_share", value=evidence.session_shares.electrodes),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
+        *(
+            ErrorsRow(error=f"{SCATTER_OF}{task}", value=factor)
+            for task, factor in evidence.scatter.items()
+        ),
         ErrorsRow(error=MISFIT, value=judged.circumstances.misfit),
     ]
 

@@ -137,6 +137,7 @@ def assemble(
         signatures=signatures,
         unknown_inputs=_unknown(signatures, functions, records, settings),
         session_shares=SessionShares(1.0, 1.0),
+        scatter=dict.fromkeys(whole.tasks, 1.0),
         settings=settings,
         known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},
         fits={},

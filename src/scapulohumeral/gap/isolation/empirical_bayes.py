@@ -6,10 +6,10 @@ Letters: D coefficients, P parameters.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, partial
+from itertools import product
 
 import numpy as np
 from scipy.special import logsumexp
@@ -29,6 +29,8 @@ from scapulohumeral.gap.residual.differences import Fold, Records
 from scapulohumeral.gap.residual.noise import (
     Noise,
     SessionShares,
+    log_density_of_scatter,
+    scattered,
     smooth_share,
     total_covariance,
 )
@@ -45,6 +47,8 @@ log = logging.getLogger(__name__)
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
+# How much more or less a task may scatter than its repeats say, as a factor.
+SCATTER = (1.0, 1.4, 2.0, 0.7)
 
 Fits = Mapping[Supposition, tuple[Fit, ...]]
 
@@ -67,6 +71,7 @@ class Evidence:
     signatures : nominal solutions
     unknown_inputs : smooth disturbances
     session_shares : most probable shares of what sessions are assumed to change
+    scatter : most probable factor of the scatter between repeats of each task
     settings : those of the diagnosis, with the most probable signature error
     known : all effects at the nominal solutions, by stiffness
     fits : all effects fitted to derivatives at the nominal solutions, under each supposition
@@ -83,6 +88,7 @@ class Evidence:
     signatures: tuple[TaskSignatures, ...]
     unknown_inputs: UnknownInputs
     session_shares: SessionShares
+    scatter: Mapping[str, float]
     settings: GapSettings
     known: Mapping[float, tuple[Hypothesis, ...]]
     fits: Fits
@@ -161,63 +167,87 @@ def _smooth(residuals: Mapping[float, Residual], columns: np.ndarray) -> float:
     return float(logsumexp(logs))
 
 
-class ErrorShares(NamedTuple):
-    """Shares of what sessions change, of markers and of electrodes, and of the signature error."""
+@dataclass(frozen=True)
+class ErrorShares:
+    """How large errors are, over what is assumed.
+
+    Attributes
+    ----------
+    markers, electrodes : shares of what sessions change
+    signature : share of the signature error
+    scatter : factor of the scatter between repeats, by task
+    """
 
     markers: float
     electrodes: float
     signature: float
+    scatter: Mapping[str, float]
+
+
+def as_assumed(evidence: Evidence) -> ErrorShares:
+    """Errors as large as they are assumed to be."""
+    return ErrorShares(1.0, 1.0, 1.0, dict.fromkeys(evidence.residual.tasks, 1.0))
 
 
 def most_probable(evidence: Evidence) -> Evidence:
-    """Evidence with the most probable shares of what sessions change and of the signature error.
+    """Evidence with the most probable sizes of errors: of sessions, of predictions, of repeats.
 
     Their density is that of the difference with all explanations, pairs included, or what one of
     two effects leaves would count as an error. They are tried one after the other, with the size of
     another movement that is most probable before: they hardly depend on each other.
     """
     loosest = next(iter(evidence.known))
-    best = ErrorShares(1.0, 1.0, 1.0)
+    best = as_assumed(evidence)
     first = assumed(evidence, best)
     sizes = {s: _density(_with_fits(first, [Supposition(loosest, s)])) for s in first.residuals}
     size = max(sizes, key=lambda s: sizes[s])
     density = sizes[size]
-    for name, share in _less_assumed(evidence):
-        errors = best._replace(**{name: share})
+    degrees = dict(zip(evidence.residual.tasks, evidence.residual.degrees, strict=True))
+    for change in _other_sizes(evidence):
+        errors = change(best)
         one = _with_fits(assumed(evidence, errors), [Supposition(loosest, size)])
-        if (other := _density(one)) > density:
+        before = sum(log_density_of_scatter(f, degrees[task]) for task, f in errors.scatter.items())
+        if (other := _density(one) + before) > density:
             best, density = errors, other
     log.info("another movement %g deg, %s: %.1f", size, best, density)
     found = assumed(evidence, best)
     found = _with_fits(found, found.suppositions)
-    base = found.residual
-    parts = (replace(f, left_out=_single(found, f.left_out, base)) for f in found.folds)
+    parts = (replace(f, left_out=_single(found, f.left_out)) for f in found.folds)
     everything = replace(evidence, session_shares=SessionShares(1.0, 1.0))
     whole = _with_sessions(everything, evidence.residual)
     return replace(found, cautious=whole, folds=tuple(parts))
 
 
-def _less_assumed(evidence: Evidence) -> list[tuple[str, float]]:
-    """Smaller shares that are tried, by name of what they are of."""
+def _other_sizes(evidence: Evidence) -> list[Callable[[ErrorShares], ErrorShares]]:
+    """Other sizes of errors that are tried, each a change of one of them."""
     # Without reference trials the model's own error counts far more than what sessions change.
     sessions = SESSION_SHARES[1:] if evidence.referenced else ()
     electrodes = sessions if "emg" in {kind.name for kind in evidence.residual.kinds} else ()
+    # The same holds of how much people scatter; simulations do not.
+    scatters = evidence.referenced and not evidence.settings.of_simulations
+    of_tasks = product(evidence.residual.tasks if scatters else (), SCATTER[1:])
     return [
-        *(("electrodes", share) for share in electrodes),
-        *(("markers", share) for share in sessions),
-        *(("signature", share) for share in ERROR_SHARES[1:]),
+        *(partial(replace, electrodes=share) for share in electrodes),
+        *(partial(replace, markers=share) for share in sessions),
+        *(partial(replace, signature=share) for share in ERROR_SHARES[1:]),
+        *(partial(_with_scatter, task=task, factor=factor) for task, factor in of_tasks),
     ]
 
 
+def _with_scatter(errors: ErrorShares, task: str, factor: float) -> ErrorShares:
+    return replace(errors, scatter={**errors.scatter, task: factor})
+
+
 def assumed(evidence: Evidence, errors: ErrorShares) -> Evidence:
-    """Evidence with shares of errors assumed, by every size of another movement; not fitted yet."""
+    """Evidence with sizes of errors assumed, by every size of another movement; not fitted yet."""
     signature = errors.signature * evidence.settings.signature_error
     evidence = replace(
         evidence,
         session_shares=SessionShares(errors.markers, errors.electrodes),
+        scatter=errors.scatter,
         settings=replace(evidence.settings, signature_error=signature),
     )
-    base = _compared(evidence, evidence.residual)
+    base = _compared(evidence, scattered(evidence.cautious, errors.scatter))
     residuals = {0.0: base}
     if evidence.of_one_person:
         unit = other_movement(base, evidence.signatures, signature)
@@ -250,9 +280,10 @@ def _with_sessions(evidence: Evidence, c: Residual) -> Residual:
     return replace(c, covariance=covariance)
 
 
-def _single(evidence: Evidence, trial: Residual, whole: Residual) -> Residual:
+def _single(evidence: Evidence, trial: Residual) -> Residual:
     """A single trial with what it differs by without a cause, as the whole does."""
-    return _with_sessions(evidence, replace(trial, moved_deg=whole.moved_deg))
+    own = replace(scattered(trial, evidence.scatter), moved_deg=evidence.residual.moved_deg)
+    return _with_sessions(evidence, own)
 
 
 def _with_fits(evidence: Evidence, suppositions: Sequence[Supposition]) -> Evidence:

@@ -12,7 +12,7 @@ Letters: N nodes, K channels, B phase functions, T tasks, D = T K B, L trials, W
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -219,6 +219,30 @@ def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
     degrees = np.array(residual.degrees)[:, None]
     scales = np.sqrt(degrees / rng.chisquare(degrees, (len(degrees), count)))
     return rest + noise * np.repeat(scales, size, axis=0)
+
+
+def scattered(residual: Residual, factors: Mapping[str, float]) -> Residual:
+    """A comparison whose repeats scatter more or less than was told of them.
+
+    Its covariance stays as it is: it has to be made of that again (:func:`total_covariance`).
+
+    Parameters
+    ----------
+    residual : its `noise` is what was told
+    factors : of the standard deviation, by task
+    """
+    size = len(residual.delta) // len(residual.tasks)
+    grown = np.repeat([factors[task] for task in residual.tasks], size)
+    return replace(residual, noise=residual.noise * np.outer(grown, grown))
+
+
+def log_density_of_scatter(factor: float, degrees: float) -> float:
+    """Log density of a factor of the standard deviation, over that of a factor of one.
+
+    Of a variance that is known by some degrees of freedom: scaled inverse chi-squared (Gelman et
+    al., Bayesian Data Analysis, 3rd edition, section 2.6), by the logarithm of the factor.
+    """
+    return -degrees * (np.log(factor) + 0.5 * (factor**-2.0 - 1.0))
 
 
 def normal_draws(covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:

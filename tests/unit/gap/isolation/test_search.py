@@ -29,7 +29,7 @@ from made_up_hypotheses import (
 from scipy.special import logsumexp
 
 from scapulohumeral.gap.isolation import empirical_bayes, search
-from scapulohumeral.gap.isolation.empirical_bayes import of_person, others_of
+from scapulohumeral.gap.isolation.empirical_bayes import SCATTER, of_person, others_of
 from scapulohumeral.gap.isolation.hypothesis import strongest
 from scapulohumeral.gap.isolation.laplace import fit, no_gap_evidence
 from scapulohumeral.gap.isolation.pairs import paired
@@ -37,6 +37,8 @@ from scapulohumeral.gap.isolation.search import fit_all, screened_only
 from scapulohumeral.gap.isolation.suppositions import Supposition, integrated, supposed
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.recording.observables import KINEMATIC_CHANNELS
+from scapulohumeral.gap.residual.differences import Fold
+from scapulohumeral.gap.residual.noise import log_density_of_scatter
 from scapulohumeral.gap.residual.residual import Residual
 from scapulohumeral.gap.residual.unknown_input import unknown_input_evidence
 
@@ -274,6 +276,39 @@ def test_sessions_change_as_much_as_is_most_probable(monkeypatch, markers, elect
     moved = found.residuals[6.0].covariance - found.residual.covariance
     np.testing.assert_allclose(moved, 36.0 / size, atol=1e-9)
     assert set(found.fits) == set(found.suppositions)
+
+
+@pytest.mark.parametrize("factor", SCATTER)
+def test_a_task_scatters_as_much_as_is_most_probable(monkeypatch, factor):
+    """What its repeats say is a prior of five degrees of freedom, and all of the cautious one."""
+    told = 0.5 * np.eye(SIZE)
+    rows = SAME.rows(["a"])
+    delta = np.sqrt(0.5) * np.sign(noise(41))
+    delta[rows] *= factor
+    same = replace(SAME, delta=delta, covariance=told, noise=told, degrees=(5.0, 5.0))
+    fold = Fold("a", same.part(["a"]), None)
+    monkeypatch.setattr(empirical_bayes, "total_covariance", lambda repeats, *_: repeats)
+    monkeypatch.setattr(empirical_bayes, "other_movement", lambda *_: np.zeros((SIZE, SIZE)))
+    nothing = SimpleNamespace(columns=np.zeros((SIZE, 1)))
+    start = bare(
+        same, residuals={0.0: same}, folds=(fold,), known={1.0: ()}, unknown_inputs=nothing
+    )
+    found = empirical_bayes.most_probable(start)
+    assert found.scatter == {"a": factor, "b": 1.0}
+    np.testing.assert_allclose(np.diag(found.residual.noise)[rows], 0.5 * factor**2)
+    np.testing.assert_allclose(np.diag(found.cautious.noise), 0.5)
+    np.testing.assert_allclose(np.diag(found.folds[0].left_out.noise), 0.5 * factor**2)
+
+
+def test_how_much_a_task_scatters_is_believed_as_its_repeats_say():
+    """Scaled inverse chi-squared: its density by the logarithm of the factor."""
+    factors = np.geomspace(0.2, 20.0, 2001)
+    density = np.exp([log_density_of_scatter(f, 5.0) for f in factors])
+    drawn = np.sqrt(5.0 / np.random.default_rng(0).chisquare(5.0, 100_000))
+    share = np.trapezoid(density * (factors > 1.4), np.log(factors)) / np.trapezoid(
+        density, np.log(factors)
+    )
+    assert share == pytest.approx(np.mean(drawn > 1.4), abs=0.01)
 
 
 def test_an_effect_that_stays_far_behind_is_not_solved_again(evidence, monkeypatch):

@@ -20,6 +20,7 @@ from scapulohumeral.gap.isolation.empirical_bayes import (
     SESSION_SHARES,
     ErrorShares,
     Evidence,
+    as_assumed,
     assumed,
 )
 from scapulohumeral.gap.isolation.hypothesis import Hypothesis
@@ -115,7 +116,11 @@ def _errors(evidence: Evidence, rng: np.random.Generator) -> ErrorShares:
     """Shares of errors, each as probable as the others that are tried."""
     sessions = SESSION_SHARES if evidence.referenced else SESSION_SHARES[:1]
     markers, electrodes = (float(rng.choice(sessions)) for _ in range(2))
-    return ErrorShares(markers, electrodes, float(rng.choice(ERROR_SHARES)))
+    # How much a task scatters is drawn with the scatter itself.
+    signature = float(rng.choice(ERROR_SHARES))
+    return replace(
+        as_assumed(evidence), markers=markers, electrodes=electrodes, signature=signature
+    )
 
 
 def _causes(

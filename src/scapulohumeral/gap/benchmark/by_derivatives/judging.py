@@ -23,7 +23,6 @@ from scapulohumeral.gap.judgement import Judged, judge
 from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import read_records
-from scapulohumeral.gap.residual.noise import SessionShares
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
 
@@ -52,17 +51,9 @@ def evidence_of(folder: Path, config_file: Path, cache: Path) -> tuple[Evidence,
 
 def with_difference(evidence: Evidence, delta: np.ndarray) -> Evidence:
     """The same for another difference (D,), with the most probable shares of errors for it."""
-    repeats = evidence.residual.noise
-    whole = replace(evidence.residual, delta=delta, covariance=repeats)
-    return most_probable(
-        replace(
-            evidence,
-            residuals={0.0: whole},
-            cautious=whole,
-            session_shares=SessionShares(1.0, 1.0),
-            fits={},
-        )
-    )
+    # What was found most probable for another difference does not count here.
+    whole = replace(evidence.cautious, delta=delta, covariance=evidence.cautious.noise)
+    return most_probable(replace(evidence, residuals={0.0: whole}, cautious=whole, fits={}))
 
 
 class Inflation(NamedTuple):

@@ -155,12 +155,12 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def last_commit(path: Path) -> str:
-    """Short hash and date of the commit that last changed a file, or why there is none.
+    """Ten digits of the hash and date of the commit that last changed a file, or why there is none.
 
     Says so if the file has been changed since.
     """
     try:
-        commit = _git(path, "log", "-1", "--format=%h of %cs")
+        commit = _git(path, "log", "-1", "--abbrev=10", "--format=%h of %cs")
         changed = _git(path, "status", "--porcelain")
     except FileNotFoundError:
         return "no commit: there is no git on this machine"

@@ -9,7 +9,7 @@ from made_up_hypotheses import DAMPING, EFFECTS, MASS, SIZE, hypothesis, noise, 
 
 from scapulohumeral.gap.isolation import empirical_bayes
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence
-from scapulohumeral.gap.residual.noise import SessionShares
+from scapulohumeral.gap.residual.noise import SessionShares, scatterings
 
 ERROR = 0.05
 GAIN = EFFECTS["measurement/emg_gain/EMG_a"]
@@ -48,7 +48,7 @@ def bare(same=SAME, **known):
         "signatures": (),
         "unknown_inputs": SimpleNamespace(columns=COLUMNS),
         "session_shares": SessionShares(1.0, 1.0),
-        "scatter": dict.fromkeys(same.tasks, 1.0),
+        "scatter": dict.fromkeys(scatterings(same), 1.0),
         "settings": SETTINGS,
         "known": {1.0: LOOSE, 10.0: FIRM},
         "fits": {},

@@ -261,8 +261,8 @@ def _errors(evidence: Evidence, judged: Judged) -> list[ErrorsRow]:
         ErrorsRow(error="electrode_share", value=evidence.session_shares.electrodes),
         ErrorsRow(error="signature_error", value=evidence.settings.signature_error),
         *(
-            ErrorsRow(error=f"{SCATTER_OF}{task}", value=factor)
-            for task, factor in evidence.scatter.items()
+            ErrorsRow(error=f"{SCATTER_OF}{one.kind}_{one.task}", value=factor)
+            for one, factor in evidence.scatter.items()
         ),
         ErrorsRow(error=MISFIT, value=judged.circumstances.misfit),
     ]

@@ -29,7 +29,7 @@ from scapulohumeral.gap.residual.differences import (
     solved_part,
 )
 from scapulohumeral.gap.residual.emg_level import at_level_of_model
-from scapulohumeral.gap.residual.noise import SessionShares
+from scapulohumeral.gap.residual.noise import SessionShares, scatterings
 from scapulohumeral.gap.residual.residual import compress
 from scapulohumeral.gap.residual.unknown_input import (
     UnknownInputs,
@@ -137,7 +137,7 @@ def assemble(
         signatures=signatures,
         unknown_inputs=_unknown(signatures, functions, records, settings),
         session_shares=SessionShares(1.0, 1.0),
-        scatter=dict.fromkeys(whole.tasks, 1.0),
+        scatter=dict.fromkeys(scatterings(whole), 1.0),
         settings=settings,
         known={f: _linearised(effects, functions, signatures, f) for f in stiffnesses},
         fits={},

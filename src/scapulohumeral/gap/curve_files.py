@@ -19,7 +19,7 @@ from scapulohumeral.gap.labels import CURVES
 REFERENCE, MODEL = COMPARED_WITH = ("reference trials", "model")
 # How far the likeliest explanation misses the difference.
 MISFIT = "misfit"
-# Before the name of a task whose repeats scatter by a factor more than was told of them.
+# Before kind of channels and task whose repeats scatter by a factor more than was told of them.
 SCATTER_OF = "scatter_of_"
 Row = TypeVar("Row", bound=NamedTuple)
 
@@ -135,7 +135,8 @@ class ErrorsRow(NamedTuple):
 
     Stiffness with which the person keeps a movement and standard deviation of another movement
     [deg], both beside the best effect; shares of what sessions are assumed to change of markers
-    and of electrodes; signature error; `SCATTER_OF` each task; `MISFIT`, see `isolation.misfit`.
+    and of electrodes; signature error; `SCATTER_OF` each kind and task; `MISFIT`, see
+    `isolation.misfit`.
     """
 
     error: str

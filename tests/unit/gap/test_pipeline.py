@@ -324,7 +324,7 @@ def test_what_another_cause_did_is_left_and_has_a_place(first, observe, nearest)
 
 def wavy(record):
     """A record whose EMG goes up and down as no effect makes it."""
-    waves = 0.3 * np.sin(np.linspace(0.0, 2.0 * np.pi, NODES))
+    waves = 0.08 * np.sin(np.linspace(0.0, 2.0 * np.pi, NODES))
     return replace(record, emg=record.emg + waves[:, None] * [1.0, -1.0])
 
 

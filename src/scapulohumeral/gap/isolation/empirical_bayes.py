@@ -6,10 +6,10 @@ Letters: D coefficients, P parameters.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from itertools import product
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -28,9 +28,11 @@ from scapulohumeral.gap.recording.observables import SensorSetup
 from scapulohumeral.gap.residual.differences import Fold, Records
 from scapulohumeral.gap.residual.noise import (
     Noise,
+    Scattering,
     SessionShares,
     log_density_of_scatter,
     scattered,
+    scatterings,
     smooth_share,
     total_covariance,
 )
@@ -47,8 +49,9 @@ log = logging.getLogger(__name__)
 # and the model resembles some people more than others.
 SESSION_SHARES = (1.0, 0.5, 0.25)
 ERROR_SHARES = (1.0, 1.0 / 3.0)
-# How much more or less a task may scatter than its repeats say, as a factor.
-SCATTER = (1.0, 1.4, 2.0, 0.7)
+# How much more or less repeats may scatter than they say, as factors: the second where the first is
+# more probable than none, else the third.
+SCATTER = (1.4, 2.0, 0.7)
 
 Fits = Mapping[Supposition, tuple[Fit, ...]]
 
@@ -71,7 +74,7 @@ class Evidence:
     signatures : nominal solutions
     unknown_inputs : smooth disturbances
     session_shares : most probable shares of what sessions are assumed to change
-    scatter : most probable factor of the scatter between repeats of each task
+    scatter : most probable factor of the scatter between repeats, by task and kind of channels
     settings : those of the diagnosis, with the most probable signature error
     known : all effects at the nominal solutions, by stiffness
     fits : all effects fitted to derivatives at the nominal solutions, under each supposition
@@ -88,7 +91,7 @@ class Evidence:
     signatures: tuple[TaskSignatures, ...]
     unknown_inputs: UnknownInputs
     session_shares: SessionShares
-    scatter: Mapping[str, float]
+    scatter: Mapping[Scattering, float]
     settings: GapSettings
     known: Mapping[float, tuple[Hypothesis, ...]]
     fits: Fits
@@ -175,18 +178,18 @@ class ErrorShares:
     ----------
     markers, electrodes : shares of what sessions change
     signature : share of the signature error
-    scatter : factor of the scatter between repeats, by task
+    scatter : factor of the scatter between repeats, by task and kind of channels
     """
 
     markers: float
     electrodes: float
     signature: float
-    scatter: Mapping[str, float]
+    scatter: Mapping[Scattering, float]
 
 
 def as_assumed(evidence: Evidence) -> ErrorShares:
     """Errors as large as they are assumed to be."""
-    return ErrorShares(1.0, 1.0, 1.0, dict.fromkeys(evidence.residual.tasks, 1.0))
+    return ErrorShares(1.0, 1.0, 1.0, dict.fromkeys(scatterings(evidence.residual), 1.0))
 
 
 def most_probable(evidence: Evidence) -> Evidence:
@@ -201,16 +204,14 @@ def most_probable(evidence: Evidence) -> Evidence:
     first = assumed(evidence, best)
     sizes = {s: _density(_with_fits(first, [Supposition(loosest, s)])) for s in first.residuals}
     size = max(sizes, key=lambda s: sizes[s])
-    density = sizes[size]
-    degrees = dict(zip(evidence.residual.tasks, evidence.residual.degrees, strict=True))
-    for change in _other_sizes(evidence):
-        errors = change(best)
-        one = _with_fits(assumed(evidence, errors), [Supposition(loosest, size)])
-        before = sum(log_density_of_scatter(f, degrees[task]) for task, f in errors.scatter.items())
-        if (other := _density(one) + before) > density:
-            best, density = errors, other
-    log.info("another movement %g deg, %s: %.1f", size, best, density)
-    found = assumed(evidence, best)
+    tried = _Tried(evidence, Supposition(loosest, size), best, sizes[size])
+    for errors in _less_assumed(evidence):
+        tried.better(**errors)
+    for one in _scattering(evidence):
+        more, most, less = ({one: factor} for factor in SCATTER)
+        tried.scatters(most if tried.scatters(more) else less)
+    log.info("another movement %g deg, %s: %.1f", size, tried.best, tried.density)
+    found = assumed(evidence, tried.best)
     found = _with_fits(found, found.suppositions)
     parts = (replace(f, left_out=_single(found, f.left_out)) for f in found.folds)
     everything = replace(evidence, session_shares=SessionShares(1.0, 1.0))
@@ -218,24 +219,52 @@ def most_probable(evidence: Evidence) -> Evidence:
     return replace(found, cautious=whole, folds=tuple(parts))
 
 
-def _other_sizes(evidence: Evidence) -> list[Callable[[ErrorShares], ErrorShares]]:
-    """Other sizes of errors that are tried, each a change of one of them."""
+@dataclass
+class _Tried:
+    """The most probable sizes of errors so far, under one supposition, and their log density."""
+
+    evidence: Evidence
+    supposed: Supposition
+    best: ErrorShares
+    density: float
+
+    def better(self, **changes: Any) -> bool:
+        """Try other sizes; whether they are more probable, and kept."""
+        errors = replace(self.best, **changes)
+        one = _with_fits(assumed(self.evidence, errors), [self.supposed])
+        density = _density(one) + _log_prior_of_scatter(self.evidence, errors.scatter)
+        found = density > self.density
+        if found:
+            self.best, self.density = errors, density
+        return found
+
+    def scatters(self, factor: Mapping[Scattering, float]) -> bool:
+        """The same of one factor of the scatter."""
+        return self.better(scatter={**self.best.scatter, **factor})
+
+
+def _less_assumed(evidence: Evidence) -> list[dict[str, float]]:
+    """Smaller shares that are tried, by name of what they are of."""
     # Without reference trials the model's own error counts far more than what sessions change.
     sessions = SESSION_SHARES[1:] if evidence.referenced else ()
     electrodes = sessions if "emg" in {kind.name for kind in evidence.residual.kinds} else ()
-    # The same holds of how much people scatter; simulations do not.
-    scatters = evidence.referenced and not evidence.settings.of_simulations
-    of_tasks = product(evidence.residual.tasks if scatters else (), SCATTER[1:])
     return [
-        *(partial(replace, electrodes=share) for share in electrodes),
-        *(partial(replace, markers=share) for share in sessions),
-        *(partial(replace, signature=share) for share in ERROR_SHARES[1:]),
-        *(partial(_with_scatter, task=task, factor=factor) for task, factor in of_tasks),
+        *({"electrodes": share} for share in electrodes),
+        *({"markers": share} for share in sessions),
+        *({"signature": share} for share in ERROR_SHARES[1:]),
     ]
 
 
-def _with_scatter(errors: ErrorShares, task: str, factor: float) -> ErrorShares:
-    return replace(errors, scatter={**errors.scatter, task: factor})
+def _scattering(evidence: Evidence) -> list[Scattering]:
+    """What may scatter otherwise than told: without reference trials it counts as sessions do."""
+    if not evidence.referenced or evidence.settings.of_simulations:
+        return []
+    return scatterings(evidence.residual)
+
+
+def _log_prior_of_scatter(evidence: Evidence, scatter: Mapping[Scattering, float]) -> float:
+    degrees = dict(zip(evidence.residual.tasks, evidence.residual.degrees, strict=True))
+    return sum(log_density_of_scatter(f, degrees[one.task]) for one, f in scatter.items())
 
 
 def assumed(evidence: Evidence, errors: ErrorShares) -> Evidence:

@@ -47,6 +47,13 @@ class SessionShares(NamedTuple):
     electrodes: float
 
 
+class Scattering(NamedTuple):
+    """What scatters by itself from repeat to repeat: channels of one kind in one task."""
+
+    task: str
+    kind: str
+
+
 @dataclass(frozen=True, eq=False)
 class Noise:
     """Covariance of one trial about the mean of its task.
@@ -221,7 +228,12 @@ def draws(residual: Residual, count: int, seed: int) -> np.ndarray:
     return rest + noise * np.repeat(scales, size, axis=0)
 
 
-def scattered(residual: Residual, factors: Mapping[str, float]) -> Residual:
+def scatterings(residual: Residual) -> list[Scattering]:
+    """All that scatters by itself in a comparison."""
+    return [Scattering(task, kind.name) for task in residual.tasks for kind in residual.kinds]
+
+
+def scattered(residual: Residual, factors: Mapping[Scattering, float]) -> Residual:
     """A comparison whose repeats scatter more or less than was told of them.
 
     Its covariance stays as it is: it has to be made of that again (:func:`total_covariance`).
@@ -229,10 +241,14 @@ def scattered(residual: Residual, factors: Mapping[str, float]) -> Residual:
     Parameters
     ----------
     residual : its `noise` is what was told
-    factors : of the standard deviation, by task
+    factors : of the standard deviation
     """
-    size = len(residual.delta) // len(residual.tasks)
-    grown = np.repeat([factors[task] for task in residual.tasks], size)
+    by_channel = [
+        factors[Scattering(task, channel_kind(name))]
+        for task in residual.tasks
+        for name in residual.channels
+    ]
+    grown = np.repeat(by_channel, residual.functions.shape[1])
     return replace(residual, noise=residual.noise * np.outer(grown, grown))
 
 

@@ -278,7 +278,7 @@ def test_sessions_change_as_much_as_is_most_probable(monkeypatch, markers, elect
     assert set(found.fits) == set(found.suppositions)
 
 
-@pytest.mark.parametrize("factor", SCATTER)
+@pytest.mark.parametrize("factor", [1.0, *SCATTER])
 def test_a_task_scatters_as_much_as_is_most_probable(monkeypatch, factor):
     """What its repeats say is a prior of five degrees of freedom, and all of the cautious one."""
     told = 0.5 * np.eye(SIZE)
@@ -294,7 +294,7 @@ def test_a_task_scatters_as_much_as_is_most_probable(monkeypatch, factor):
         same, residuals={0.0: same}, folds=(fold,), known={1.0: ()}, unknown_inputs=nothing
     )
     found = empirical_bayes.most_probable(start)
-    assert found.scatter == {"a": factor, "b": 1.0}
+    assert found.scatter == {("a", "kinematics"): factor, ("b", "kinematics"): 1.0}
     np.testing.assert_allclose(np.diag(found.residual.noise)[rows], 0.5 * factor**2)
     np.testing.assert_allclose(np.diag(found.cautious.noise), 0.5)
     np.testing.assert_allclose(np.diag(found.folds[0].left_out.noise), 0.5 * factor**2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -186,11 +185,12 @@ def _kinds(evidence: Evidence, persons: int) -> list[str]:
 def _answered(evidence: Evidence, kind: str, seed: Sequence[int]) -> AssumedPerson:
     """A person of a kind who is answered, see :data:`ANSWERED`."""
     chance, share = np.random.default_rng([*seed, 0]), ANSWERED.get(kind, USUALLY_ANSWERED)
-    for attempt in count(1):
+    attempt = 1
+    while True:
         person = draw_person(evidence, kind, [*seed, attempt])
         if person.shown or kind == NOTHING or chance.random() < share:
             return person
-    raise AssertionError("attempts never end")
+        attempt += 1
 
 
 def _promised(evidence: Evidence, inflation: Inflation) -> Mapping[str, float]:

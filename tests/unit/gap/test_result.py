@@ -311,6 +311,8 @@ def test_the_page_says_what_was_assumed_of_person_and_sessions():
         "marker_share": 0.25,
         "electrode_share": 0.5,
         "signature_error": 0.3,
+        "scatter_of_emg_lift": 1.4,
+        "scatter_of_kinematics_lift": 1.0,
         "misfit": 1.7,
     }
     table = pd.DataFrame({"error": list(values), "value": list(values.values())})
@@ -322,9 +324,11 @@ def test_the_page_says_what_was_assumed_of_person_and_sessions():
         "electrodes by 0.5 of",
         "off by 0.3 of their",
         "leaves 1.7 times",
+        "repeats scatter (emg_lift) by 1.4 times what they say",
     )
     for words in told:
         assert words in page
+    assert "kinematics_lift" not in page
     assert "Causes are compared by" not in render_report(done, "")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from scapulohumeral.gap.curve_files import MISFIT
+from scapulohumeral.gap.curve_files import MISFIT, SCATTER_OF
 from scapulohumeral.gap.explained import removed_of_tasks
 from scapulohumeral.gap.labels import MOVED, NO_GAP, NONE
 from scapulohumeral.gap.left_over import said_to_be_left
@@ -193,8 +193,14 @@ def assumed(diagnosis: Diagnosis) -> list[str]:
     if "errors" not in diagnosis.curves:
         return []
     table = diagnosis.curves["errors"]
-    found = zip(table["error"], table["value"], strict=True)
-    return [ASSUMED[name].format(number(value)) for name, value in found]
+    found = dict(zip(table["error"], table["value"], strict=True))
+    told = [words.format(number(found[name])) for name, words in ASSUMED.items() if name in found]
+    otherwise = [
+        (name.removeprefix(SCATTER_OF), number(value))
+        for name, value in found.items()
+        if name.startswith(SCATTER_OF) and value != 1.0
+    ]
+    return told + [f"repeats scatter ({of}) by {by} times what they say" for of, by in otherwise]
 
 
 def how_far(diagnosis: Diagnosis) -> str:

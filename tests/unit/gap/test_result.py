@@ -324,11 +324,11 @@ def test_the_page_says_what_was_assumed_of_person_and_sessions():
         "electrodes by 0.5 of",
         "off by 0.3 of their",
         "leaves 1.7 times",
-        "repeats scatter (emg_lift) by 1.4 times what they say",
+        "EMG in lift scatters 1.4 times as much as repeats say",
     )
     for words in told:
         assert words in page
-    assert "kinematics_lift" not in page
+    assert "motion in lift" not in page
     assert "Causes are compared by" not in render_report(done, "")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,9 @@ ASSUMED = {
     MISFIT: "the likeliest explanation leaves {} times the square of what errors were taken to be",
     "signature_error": "changes that the model predicts are off by {} of their size",
 }
+
+# Kinds of channels, as they stand before the task in the names of the same table.
+SCATTERING = {"kinematics_": "motion", "emg_": "EMG", "contact_force_": "the joint force"}
 
 
 def render_report(diagnosis: Diagnosis, command: str) -> str:
@@ -195,12 +198,17 @@ def assumed(diagnosis: Diagnosis) -> list[str]:
     table = diagnosis.curves["errors"]
     found = dict(zip(table["error"], table["value"], strict=True))
     told = [words.format(number(found[name])) for name, words in ASSUMED.items() if name in found]
-    otherwise = [
-        (name.removeprefix(SCATTER_OF), number(value))
-        for name, value in found.items()
-        if name.startswith(SCATTER_OF) and value != 1.0
-    ]
-    return told + [f"repeats scatter ({of}) by {by} times what they say" for of, by in otherwise]
+    return [*told, *_scattering(found)]
+
+
+def _scattering(found: Mapping[str, float]) -> Iterator[str]:
+    """What repeats scatter otherwise than they say, of a table "errors"."""
+    for kind, words in SCATTERING.items():
+        start = f"{SCATTER_OF}{kind}"
+        for name, value in found.items():
+            if name.startswith(start) and value != 1.0:
+                task = name.removeprefix(start)
+                yield f"{words} in {task} scatters {number(value)} times as much as repeats say"
 
 
 def how_far(diagnosis: Diagnosis) -> str:

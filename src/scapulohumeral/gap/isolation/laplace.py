@@ -50,13 +50,14 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
     covariance = np.linalg.inv(curvature)
     left = system.left(x)
     _, logdet = np.linalg.slogdet(curvature)
-    unconstrained = x - covariance @ system.gradient(x, error)
+    gradient = system.gradient(x, error)
+    unconstrained = x - covariance @ gradient
     log_evidence = (
         error.log_density(error.squares(left), len(left))
         - residual.log_volume
         + _log_prior(hypothesis, x)
         + 0.5 * (len(x) * np.log(2.0 * np.pi) - float(logdet))
-        + system.allowed(error, x, unconstrained)
+        + system.allowed(x, unconstrained, curvature, covariance)
     )
     return Fit(
         hypothesis,
@@ -64,7 +65,7 @@ def fit(hypothesis: Hypothesis, residual: Residual, relative_error: float) -> Fi
         covariance,
         log_evidence,
         moved_deg=residual.moved_deg,
-        unbounded=system.unbounded(error, x),
+        unbounded=system.unbounded(x, curvature, gradient),
         unconstrained=unconstrained,
     )
 
@@ -110,35 +111,45 @@ class _System:
         """That of the negative log density at parameters (P,), with the error of one prediction."""
         return x / self.hypothesis.prior_sd**2 - self.slope.T @ error.solve(self.left(x))
 
-    def allowed(self, error: SignatureError, x: np.ndarray, unconstrained: np.ndarray) -> float:
+    def allowed(
+        self,
+        x: np.ndarray,
+        unconstrained: np.ndarray,
+        curvature: np.ndarray,
+        covariance: np.ndarray,
+    ) -> float:
         """What bounds and order cost: log of the integral over what is allowed, over Laplace's.
 
         That is the share of the density that is allowed, over the share of the prior.
 
         Parameters
         ----------
-        error : of the prediction
         x : (P,) most probable parameters inside all bounds
         unconstrained : (P,) the same without any
+        curvature : (P, P) of the negative log density; covariance : (P, P) its inverse
         """
         low, high = self.hypothesis.bounds
         inside = constraints(low, high, self.hypothesis.order, x)
-        curvature, step = self.curvature(error), unconstrained - x
+        step = unconstrained - x
         gained = 0.5 * float(step @ curvature @ step)
-        share = log_share(inside, unconstrained, np.linalg.inv(curvature))
+        share = log_share(inside, unconstrained, covariance)
         prior = np.diag(self.hypothesis.prior_sd**2)
         return gained + share - log_share(inside, np.zeros_like(x), prior)
 
-    def unbounded(self, error: SignatureError, x: np.ndarray) -> np.ndarray:
+    def unbounded(self, x: np.ndarray, curvature: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         """Where the density is largest without bounds at zero, (P,).
 
         Parameters at a bound far from zero stay there: what data ask for beyond it, no person has.
+
+        Parameters
+        ----------
+        x : (P,) most probable parameters inside all bounds
+        curvature : (P, P) of the negative log density; gradient : (P,) of it at `x`
         """
         low, high = self.hypothesis.bounds
         free = ~(((x <= low) & (low < 0.0)) | ((x >= high) & (high > 0.0)))
         found = x.copy()
-        varying = self.curvature(error)[np.ix_(free, free)]
-        found[free] -= np.linalg.solve(varying, self.gradient(x, error)[free])
+        found[free] -= np.linalg.solve(curvature[np.ix_(free, free)], gradient[free])
         return found
 
     def settled(self, start: np.ndarray) -> np.ndarray:

@@ -26,6 +26,9 @@ from scapulohumeral.gap.benchmark.by_derivatives.judging import (
     evidence_of,
     inflation_of,
     judged,
+    leaves_something,
+    length,
+    probability_of,
     with_difference,
 )
 from scapulohumeral.gap.benchmark.metrics import of_families
@@ -188,9 +191,14 @@ def _answered(evidence: Evidence, kind: str, seed: Sequence[int]) -> AssumedPers
     attempt = 1
     while True:
         person = draw_person(evidence, kind, [*seed, attempt])
-        if person.shown or kind == NOTHING or chance.random() < share:
+        if _asked_of(person) or chance.random() < share:
             return person
         attempt += 1
+
+
+def _asked_of(person: AssumedPerson) -> bool:
+    """Whether a bar asks of a person, so that he is always answered."""
+    return person.shown or person.kind == NOTHING
 
 
 def _promised(evidence: Evidence, inflation: Inflation) -> Mapping[str, float]:
@@ -235,13 +243,13 @@ def _row(
         number=number,
         kind=person.kind,
         truth=person.truth,
-        weight=1.0 if person.shown or person.kind == NOTHING else 1.0 / USUALLY_ANSWERED,
+        weight=1.0 if _asked_of(person) else 1.0 / USUALLY_ANSWERED,
         moved_deg=person.moved_deg,
         cause=round(min(person.cause_shows, default=0.0), 2),
         movement=round(person.movement_shows, 2),
         shown=person.shown,
         multiple=round(_multiple(person, promised), 3),
-        length=round(float(np.linalg.norm(evidence.cautious.whiten(person.delta))), 2),
+        length=round(length(evidence), 2),
         present=there.present,
         p_value=round(there.p_value, 4),
         decided=there.present and not found.undecided,
@@ -249,17 +257,17 @@ def _row(
         p=round(p, 4),
         right=first in right,
         class_right=any(family(label) in right for label in group),
-        right_p=round(_sum(found.p, right), 4),
+        right_p=round(probability_of(found.p, right), 4),
         none_p=round(found.p.none, 4),
         no_gap_p=round(found.p.no_gap, 4),
         covered=any(family(label) in right for label in chosen),
         labels=len(chosen),
-        left=found.left is not None and found.left.presence.present,
+        left=leaves_something(found),
         off=round(_off(person, found), 4),
         exact_first=exact_first,
         exact_p=round(exact_p, 4),
         exact_right=exact_first == injected,
-        exact_right_p=round(_sum(exact, {injected}), 4),
+        exact_right_p=round(probability_of(exact, {injected}), 4),
     )
 
 
@@ -296,7 +304,3 @@ def _off(person: AssumedPerson, found: Judged) -> float:
 def _first(p: Posterior) -> tuple[str, float]:
     """The most probable family, and its probability."""
     return next(iter(of_families(p.every).items()))
-
-
-def _sum(p: Posterior, right: set[str]) -> float:
-    return sum(q for label, q in p.every.items() if family(label) in right)

@@ -7,6 +7,7 @@ Letters: D coefficients.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -20,11 +21,13 @@ from scapulohumeral.gap.detection.presence import Presence, surest, tested
 from scapulohumeral.gap.isolation.empirical_bayes import Evidence, most_probable
 from scapulohumeral.gap.isolation.search import by_derivatives
 from scapulohumeral.gap.judgement import Judged, judge
+from scapulohumeral.gap.labels import family
 from scapulohumeral.gap.nominal.participant_model import ModelSettings, participant_model
 from scapulohumeral.gap.recording.case import Case
 from scapulohumeral.gap.residual.differences import read_records
 from scapulohumeral.gap.run import read_case
 from scapulohumeral.gap.settings import read_diagnosis_config, read_settings
+from scapulohumeral.gap.verdict.posterior import Posterior
 
 
 def evidence_of(folder: Path, config_file: Path, cache: Path) -> tuple[Evidence, Case]:
@@ -86,3 +89,19 @@ def judged(evidence: Evidence, inflation: Inflation) -> tuple[Presence, Judged]:
     return there, judge(
         evidence, found, there, settings.weighing, inflation.factor, inflation.seed, able=True
     )
+
+
+def probability_of(p: Posterior, families: Collection[str]) -> float:
+    """Probability of all answers of some families."""
+    return sum(q for label, q in p.every.items() if family(label) in families)
+
+
+def leaves_something(found: Judged) -> bool:
+    """Whether the first cause is said to leave something."""
+    return found.left is not None and found.left.presence.present
+
+
+def length(evidence: Evidence) -> float:
+    """Length of a difference, in units of what differs without a cause."""
+    c = evidence.cautious
+    return float(np.linalg.norm(c.whiten(c.delta)))

@@ -24,6 +24,9 @@ from scapulohumeral.gap.benchmark.by_derivatives.judging import (
     evidence_of,
     inflation_of,
     judged,
+    leaves_something,
+    length,
+    probability_of,
     with_difference,
 )
 from scapulohumeral.gap.benchmark.noise_free.trial import noise_free_trial
@@ -169,7 +172,7 @@ def _predicted(key: Mapping[str, Any], evidence: Evidence) -> np.ndarray | None:
 def _row(scored: ScoredCase, name: str, evidence: Evidence, inflation: Inflation) -> LimitsRow:
     """Judge one difference."""
     there, found = judged(evidence, inflation)
-    c, p = evidence.cautious, found.p
+    p = found.p
     right = {family(label) for label in scored.right}
     return LimitsRow(
         case=scored.folder.name,
@@ -177,13 +180,13 @@ def _row(scored: ScoredCase, name: str, evidence: Evidence, inflation: Inflation
         truth=JOIN.join(scored.truth),
         person=scored.person,
         difference=name,
-        length=round(float(np.linalg.norm(c.whiten(c.delta))), 2),
+        length=round(length(evidence), 2),
         present=there.present,
         p_value=round(there.p_value, 4),
         first=p.first,
         p=round(p.labels[p.first], 3),
         right=any(family(part) in right for part in p.first.split(JOIN)),
-        right_p=round(sum(q for label, q in p.every.items() if family(label) in right), 3),
+        right_p=round(probability_of(p, right), 3),
         none_p=round(p.none, 3),
-        left=found.left is not None and found.left.presence.present,
+        left=leaves_something(found),
     )

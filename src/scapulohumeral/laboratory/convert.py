@@ -187,20 +187,20 @@ def _against_each_other(
     return outcomes
 
 
-def refuse_faults(statics: Sequence[Landmarks], tables: ModelTables) -> None:
-    """Refuse static postures that no person holds: body size would be that of misplaced markers.
+def check_static(static: Landmarks, tables: ModelTables) -> list[str]:
+    """What is worth a look in a static posture that body size is taken from, a text each.
 
     Raises
     ------
-    DataError                        names the file and what is wrong
+    DataError                        no person holds it: body size would be that of misplaced
+                                     markers; names the file and what is wrong
     """
-    for static in statics:
-        raw = convert_segments(segments_of_landmarks(static, tables), tables)
-        findings = check_points(static, raw, Limits())
-        findings += check_clusters(static.clusters, Limits())
-        wrong = "; ".join(one.text for one in findings if one.severity == FAULT)
-        if wrong:
-            raise DataError(f"{static.source}: {wrong}. Correct the markers, or name another file.")
+    raw = convert_segments(segments_of_landmarks(static, tables), tables)
+    findings = check_points(static, raw, Limits()) + check_clusters(static.clusters, Limits())
+    wrong = "; ".join(one.text for one in findings if one.severity == FAULT)
+    if wrong:
+        raise DataError(f"{static.source}: {wrong}. Correct the markers, or name another file.")
+    return [one.text for one in findings]
 
 
 def _of_landmarks(landmarks: Landmarks, settings: Settings, source: Source) -> Outcome:

@@ -257,6 +257,17 @@ def test_a_label_that_a_recording_lacks_is_a_marker_that_it_does_not_show(tmp_pa
     assert "no marker 'mK4'" in finding.text
 
 
+def test_a_cluster_goes_without_a_marker_that_is_hidden_for_too_long(tmp_path: Path) -> None:
+    points = with_cluster(made.arm_angles())
+    made.write_c3d(tmp_path / "static.c3d", made.marked({n: p[:20] for n, p in points.items()}))
+    points["K4"][30:90] = np.nan
+    outcome = convert(tmp_path, made.without(points, ("AA", "TS", "AI")), text=FOUR_MAP)
+    assert np.abs(angles_of(outcome) - np.rad2deg(made.arm_angles())).max() < 0.05
+    [finding] = outcome.findings
+    assert (finding.name, finding.severity) == ("cluster_incomplete", "note")
+    assert "trial.c3d, marker mK4, frames 31 to 90: not seen for 0.60 s" in finding.text
+
+
 @pytest.mark.parametrize(
     ("static", "trial", "said"),
     [

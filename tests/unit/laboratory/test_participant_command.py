@@ -176,6 +176,26 @@ def test_a_static_posture_that_nobody_holds_is_no_measure_of_a_person(
     assert set(read_participant(tmp_path / "people", "ann").trials) == {"reach"}
 
 
+def test_what_is_worth_a_look_in_a_static_posture_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = session(tmp_path, ["reach"])
+    out = tmp_path / "out"
+    assert cli.main(["convert", str(tmp_path / "reach.c3d"), *arguments, "--out", str(out)]) == 0
+    static = tmp_path / "static.csv"
+    points = {name: SIZE * p[:1] for name, p in made.landmarks(made.arm_angles(), MODEL).items()}
+    made.WRITERS[".csv"](static, made.marked(points))
+    more = ["--trials", str(out / "reach.csv"), "--out", str(tmp_path / "people"), "--id", "ann"]
+    person = ["participant", "--static", str(static), *arguments, *BODY, *more]
+    said = "note      static.csv: nothing says where up is"
+    assert cli.main(person) == 0
+    assert said not in capsys.readouterr().out
+    written = tmp_path / "map.yaml"
+    written.write_text(written.read_text(encoding="utf-8").replace('up: "+z"\n', ""), "utf-8")
+    assert cli.main(person) == 0
+    assert said in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv"])
 def test_one_frame_is_enough_of_a_static_posture(tmp_path: Path, suffix: str) -> None:
     arguments = session(tmp_path, ["reach"])

@@ -61,7 +61,7 @@ def body_of(options: argparse.Namespace) -> Body:
 def run(options: argparse.Namespace, command: str) -> int:
     """Write the participant and say where; returns the exit code."""
     from scapulohumeral.laboratory.body_size import scale_factors
-    from scapulohumeral.laboratory.convert import refuse_faults
+    from scapulohumeral.laboratory.convert import check_static
     from scapulohumeral.laboratory.folders import check_names
     from scapulohumeral.laboratory.markers.frames import thorax_frame
     from scapulohumeral.laboratory.markers.landmarks import calibrate, read_landmarks
@@ -81,7 +81,9 @@ def run(options: argparse.Namespace, command: str) -> int:
     body, tables = body_of(options), read_tables(options.tables)
     calibration = calibrate(read_marker_map(options.map), tables)
     statics = [read_landmarks(file, calibration, posture=True) for file in options.static]
-    refuse_faults(statics, tables)
+    for static in statics:
+        for note in check_static(static, tables):
+            print(f"note      {static.source.name}: {note}")
     scale = scale_factors([static.points for static in statics], tables)
     tables_of_trials = without_companions(options.trials)
     records = {table: read_record(table) for table in tables_of_trials}

@@ -20,6 +20,8 @@ from scapulohumeral.model.rotations import Array
 FEWEST_MARKERS = 3
 # Markers of a cluster that spread by less than this in the second direction are a line [m].
 LEAST_SPREAD_M = 0.005
+# Of a marker, or a DataError that says why it has none.
+Track = Callable[[str], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ def read_template(
                                      the others, markers on a line, or no marker of a landmark;
                                      names file, cluster and marker
     """
-    seen, left_out = _seen(cluster.name, cluster.markers, static)
+    seen, left_out = _seen(cluster.name, cluster.markers, static.track)
     labels = {name: landmarks[name] for name in cluster.landmarks}
     further = [label for many in labels.values() for label in many]
     tracks = {label: static.track(label) for label in [*seen, *further]}
@@ -106,16 +108,16 @@ def read_template(
 
 
 def _seen(
-    cluster: str, labels: Sequence[str], markers: Markers
+    cluster: str, labels: Sequence[str], track: Track
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Those of the markers of a cluster that a recording shows, and why not the others.
+    """Those of the markers of a cluster that have a track in a recording, and why not the others.
 
     Some software leaves the label of a marker out that it saw in no frame.
     """
     seen, hidden = [], []
     for label in labels:
         try:
-            markers.track(label)
+            track(label)
         except DataError as error:
             hidden.append(str(error))
         else:
@@ -142,9 +144,9 @@ def _refuse_line(
         )
 
 
-def _as_seen(template: Template, markers: Markers) -> Template:
-    """A cluster without the markers that a recording does not show."""
-    seen, hidden = _seen(template.name, template.markers, markers)
+def _as_seen(template: Template, markers: Markers, track: Track) -> Template:
+    """A cluster without the markers that have no track in a recording."""
+    seen, hidden = _seen(template.name, template.markers, track)
     if not hidden:
         return template
     places = template.places[[template.markers.index(label) for label in seen]]
@@ -164,23 +166,24 @@ def _turns(reference: Array, cloud: Array) -> Array:
     )
 
 
-def carry(template: Template, markers: Markers, track: Callable[[str], Array]) -> Carried:
+def carry(template: Template, markers: Markers, track: Track) -> Carried:
     """Landmarks that a cluster carries along: the rigid motion closest to its markers.
 
-    Those that the recording does not show are left out.
+    Those that the recording does not show, or not for too long, are left out: of the whole
+    recording, as landmarks would jump where a marker comes and goes.
 
     Parameters
     ----------
     template : of the static trial
     markers : recording
-    track : marker -> (T, 3) [m] in the recording, gaps filled
+    track : marker -> (T, 3) [m] in the recording, gaps filled; DataError if they cannot be
 
     Raises
     ------
     DataError                        fewer than three markers, or some on a line; names file,
                                      cluster and marker
     """
-    seen = _as_seen(template, markers)
+    seen = _as_seen(template, markers, track)
     cloud = np.stack([track(label) for label in seen.markers], axis=1)
     centre, moved = seen.places.mean(axis=0), cloud.mean(axis=1)
     turns = _turns(seen.places, cloud)

@@ -112,7 +112,12 @@ class _Keys(Section):
         Real, key("False alarms allowed for the claim of a gap [1].", ge=0.045, le=0.5)
     ]
     short_list: Annotated[
-        Whole, key("Effects whose amplitudes are fitted by solving again [1].", ge=1, le=20)
+        Whole,
+        key(
+            "Families of effects on the body, of which the strongest is solved again [1].",
+            ge=1,
+            le=20,
+        ),
     ]
     refits: Annotated[Whole, key("Gauss-Newton steps of each of them, at most [1].", ge=1, le=10)]
     signature_error: Annotated[

@@ -29,8 +29,6 @@ CLOSE = 3.0
 # A predicted change below this length, in units of the noise, is nothing that solving again would
 # make larger.
 INVISIBLE = 0.5
-# Effects that are solved again side by side; those that come next depend on what these tell.
-AT_ONCE = 2
 # Share of what an effect's derivative explains, in log evidence, that a new solution may add. In
 # two golden cases and one of the benchmark 14 new solutions added up to 0.16 of it; of three large
 # effects of opened draws, 0.75 to 0.98.
@@ -80,15 +78,15 @@ def fit_all(
     """All effects; the strongest fitted by solving again; pairs with the strongest.
 
     Both a derivative and a new solution are approximations of what a person would do: of an effect
-    that is solved again the fit with more evidence counts. First come the strongest of different
-    families, then those that would be stronger if a new solution told as much of them as it told
-    of their family. Those that would stay far behind the strongest even so are not solved again.
+    that is solved again the fit with more evidence counts. Of effects on the body these are the
+    strongest of different families. Those that would stay far behind the strongest effect of all
+    even so are not solved again.
 
     Each is solved with every stiffness. Amplitude and interval in the answer are those of one of
     them, and which is probable, derivatives hardly tell: solutions for a yielding person add more
     to them, and one cause must not lose to another because it was solved for another person.
 
-    Effects on the record take no place among those: they need no solution.
+    Effects on the record come first, and take no place among those: they need no solution.
 
     A simulation does what its model solves: there a new solution counts whatever the derivative
     promised, and of those that do not stay far behind the strongest are solved again, of whatever
@@ -97,28 +95,54 @@ def fit_all(
     by_person = dict(evidence.fits)
     # Without reference trials the prediction follows errors of the record: small, so linear.
     able = [f for f in evidence.screened if _may_change(f, evidence)]
-    record, body = (
-        [f for f in able if f.hypothesis.effects[0].changes_body == acts] for acts in (False, True)
-    )
-    told = _Told(evidence)
     resolving = Resolving(model, evidence.signatures, evidence.sensors, evidence.settings)
-    simulated = evidence.settings.of_simulations
-    rounds = [MOST_OF_SIMULATIONS] if simulated else _rounds(evidence.settings.short_list)
-    turns = [(record, len(record), False)]
-    turns += [(body, count, i == 0 and not simulated) for i, count in enumerate(rounds)]
-    for those, count, apart in turns:
-        again = told.next(those, count, apart)
+    for on_body in (False, True):
+        those = [f for f in able if f.hypothesis.effects[0].changes_body == on_body]
+        again = _near(those, by_person, evidence)
+        again = _strongest_on_body(again, evidence) if on_body else again
         log.info("solved again: %s", ", ".join(f"{f.label} {tuple(supposed(f))}" for f in again))
-        jobs = [(told.alternatives(f), evidence, resolving) for f in again]
+        jobs = [(_alternatives(f, evidence), evidence, resolving) for f in again]
         for first, solved in zip(again, side_by_side(_refit_each, jobs, threads), strict=True):
-            told.learn(first, solved)
             if not solved:
                 warnings.append(
                     f"{first.label}: not solved again; its amplitude is a linear estimate"
                 )
             for one in solved:
-                by_person = _with(by_person, one, simulated)
+                by_person = _with(by_person, one, evidence.settings.of_simulations)
     return _with_pairs(evidence, by_person)
+
+
+def _strongest_on_body(able: Sequence[Fit], evidence: Evidence) -> list[Fit]:
+    """Those of some effects on the body that are solved again, see :func:`fit_all`."""
+    ranked = strongest(able, evidence.prior, len(able))
+    if evidence.settings.of_simulations:
+        return ranked[:MOST_OF_SIMULATIONS]
+    of_family = {family(f.label): f for f in reversed(ranked)}
+    best = [f for f in ranked if of_family[family(f.label)] is f]
+    return best[: evidence.settings.short_list]
+
+
+def _near(
+    able: Sequence[Fit], by_person: Mapping[Supposition, tuple[Fit, ...]], evidence: Evidence
+) -> list[Fit]:
+    """Effects that a new solution may bring near the strongest so far.
+
+    What another movement explains beside a derivative, the solution may explain by itself.
+    """
+    far = BEHIND
+    if evidence.settings.of_simulations:
+        # By as much evidence will be divided.
+        error = evidence.settings.signature_error
+        far = BEHIND_OF_SIMULATIONS * misfit(evidence.screened, evidence.residuals, error)
+    far *= evidence.settings.weighing.temperature
+
+    def weight(one: Fit) -> float:
+        return one.log_evidence + float(np.log(evidence.prior[one.label]))
+
+    singles = (f for fits in by_person.values() for f in fits)
+    least = max(map(weight, integrated(singles, evidence.suppositions))) - far
+    nothing = no_gap_evidence(evidence.residual)
+    return [f for f in able if weight(f) + ADDED * max(f.log_evidence - nothing, 0.0) > least]
 
 
 def _with_pairs(
@@ -138,88 +162,6 @@ def _with(
     one = supposed(solved)
     better = tuple(_better(f, solved, simulated) for f in by_person[one])
     return {**by_person, one: better}
-
-
-def _rounds(count: int) -> list[int]:
-    """How many effects are solved again at first, and each time that more is known of them."""
-    return [min(AT_ONCE, count - done) for done in range(0, count, AT_ONCE)]
-
-
-class _Told:
-    """What new solutions have told, and which effects come next.
-
-    Attributes
-    ----------
-    gains : by family, log evidence that a new solution has added
-    done : labels that were looked at; unsolved : families and stiffnesses without a solution
-    strongest : largest log evidence with prior
-    """
-
-    def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
-        self.gains: dict[str, float] = {}
-        self.done: set[str] = set()
-        self.unsolved: set[tuple[str, float]] = set()
-        self.strongest = max(map(self._weight, evidence.screened))
-        self.nothing = no_gap_evidence(evidence.residual)
-        behind = BEHIND
-        if evidence.settings.of_simulations:
-            # By as much evidence will be divided.
-            error = evidence.settings.signature_error
-            excess = misfit(evidence.screened, evidence.residuals, error)
-            behind = BEHIND_OF_SIMULATIONS * excess
-        self.behind = behind * evidence.settings.weighing.temperature
-
-    def next(self, able: Sequence[Fit], count: int, apart: bool) -> list[Fit]:
-        """The effects to be solved again next, of those that a new solution may change.
-
-        `apart`: of different families.
-        """
-        left = [f for f in able if f.label not in self.done and self._may_count(f)]
-        expected = [
-            f.with_evidence(f.log_evidence + self.gains.get(family(f.label), 0.0)) for f in left
-        ]
-        ranked = strongest(expected, self.evidence.prior, len(expected))
-        if apart:
-            best = {family(f.label): f for f in reversed(ranked)}
-            ranked = [f for f in ranked if best[family(f.label)] is f]
-        labels = {f.label for f in ranked[:count]}
-        self.done |= labels
-        return [f for f in left if f.label in labels]
-
-    def _may_count(self, first: Fit) -> bool:
-        """Whether a new solution may bring an effect near the strongest.
-
-        Members of one family gain as differently as families do. What another movement explains
-        beside a derivative, the solution may explain by itself.
-        """
-        explained = max(first.log_evidence - self.nothing, 0.0)
-        gain = max(self.gains.get(family(first.label), 0.0), ADDED * explained)
-        return self._weight(first) + gain > self.strongest - self.behind
-
-    def alternatives(self, first: Fit) -> list[Fit]:
-        """Fits of a label to be solved again, one for each stiffness, the most probable first.
-
-        Who keeps a movement firmly may have no solution with an effect that another person has.
-        What had none with another effect of the family is not tried again, if anything is left.
-        """
-        fits = _alternatives(first, self.evidence)
-        return [f for f in fits if (family(f.label), _stiffness(f)) not in self.unsolved] or fits
-
-    def learn(self, first: Fit, solved: Sequence[Fit]) -> None:
-        """Note what came of an effect that was solved again, with which stiffnesses it could be."""
-        name = family(first.label)
-        able = {_stiffness(one) for one in solved}
-        tried = {_stiffness(one) for one in self.alternatives(first)}
-        self.unsolved |= {(name, stiffness) for stiffness in tried - able}
-        before = _alternatives(first, self.evidence)[0].log_evidence
-        for one in solved:
-            gain = one.log_evidence - before
-            self.gains[name] = max(gain, self.gains.get(name, 0.0))
-            self.strongest = max(self.strongest, self._weight(one))
-
-    def _weight(self, one: Fit) -> float:
-        return one.log_evidence + float(np.log(self.evidence.prior[one.label]))
 
 
 def _stiffness(one: Fit) -> float:

@@ -164,7 +164,9 @@ def test_movements_are_solved_once_more_where_parameters_end_far_from_them(
 def test_an_effect_that_is_not_worth_solving_takes_no_place(evidence, monkeypatch):
     """Nor does one on the record, which needs no solution."""
     asked = solving(monkeypatch, 0.0)
-    monkeypatch.setattr(search._Told, "_may_count", lambda _, first: first.label != DAMPING.label)
+    monkeypatch.setattr(
+        search, "_near", lambda able, *_: [f for f in able if f.label != DAMPING.label]
+    )
     fit_all(evidence, None, 1, [])
     assert {label for label, *_ in asked} == {MASS.label, GAIN.label}
 
@@ -335,9 +337,27 @@ def test_of_simulations_solutions_count_and_all_that_come_near_are_solved(eviden
     assert list(lost.values()) == pytest.approx([9.0] * len(asked))
 
 
+@pytest.mark.parametrize(
+    ("families", "labels"), [(1, {DAMPING.label}), (2, {DAMPING.label, MASS.label})]
+)
+def test_the_strongest_of_different_families_are_solved_again(
+    evidence, monkeypatch, families, labels
+):
+    """As many families as the settings say; the rest stays as derivatives have it."""
+    asked = solving(monkeypatch, 0.0)
+    monkeypatch.setattr(search, "BEHIND", 1e6)
+    settings = replace(evidence.settings, short_list=families)
+    fit_all(replace(evidence, settings=settings), None, 1, [])
+    assert {label for label, *_ in asked} - {GAIN.label} == labels
+    asked.clear()
+    monkeypatch.setattr(search, "family", lambda label: "the same")
+    fit_all(replace(evidence, settings=settings), None, 1, [])
+    assert {label for label, *_ in asked} - {GAIN.label} == {DAMPING.label}
+
+
 @pytest.mark.parametrize("most", [1, 2])
 def test_of_simulations_the_strongest_are_solved_of_whatever_family(evidence, monkeypatch, most):
-    """As many as an answer has time for, and all at once: none waits for what others tell."""
+    """As many as an answer has time for."""
     simulated = replace(evidence.settings, of_simulations=True)
     monkeypatch.setattr(search, "MOST_OF_SIMULATIONS", most)
     monkeypatch.setattr(search, "BEHIND_OF_SIMULATIONS", 1e6)
@@ -347,29 +367,3 @@ def test_of_simulations_the_strongest_are_solved_of_whatever_family(evidence, mo
     body = [f for f in evidence.screened if f.label != GAIN.label]
     ranked = [f.label for f in strongest(body, evidence.prior, most)]
     assert {label for label, *_ in asked} == {*ranked, GAIN.label}
-
-
-def test_a_stiffness_without_solution_is_not_tried_again_in_the_family(evidence):
-    told = search._Told(evidence)
-    [first] = strongest(evidence.screened, evidence.prior, 1)
-    firm, loose = told.alternatives(first)
-    told.learn(first, [loose.with_evidence(firm.log_evidence + 3.0)])
-    assert told.alternatives(first) == [loose]
-    assert list(told.gains.values()) == [pytest.approx(3.0)]
-    assert told.strongest == pytest.approx(told._weight(firm) + 3.0)
-    told.learn(first, [])
-    assert told.alternatives(first) == [firm, loose]
-
-
-def test_what_any_stiffness_adds_is_expected_of_the_family(evidence):
-    """The most that one of them adds, over what was most probable before."""
-    told = search._Told(evidence)
-    [first] = strongest(evidence.screened, evidence.prior, 1)
-    firm, loose = told.alternatives(first)
-    before = told.strongest
-    told.learn(first, [f.with_evidence(firm.log_evidence - 3.0) for f in (firm, loose)])
-    assert list(told.gains.values()) == [0.0]
-    assert told.strongest == before
-    told.learn(first, [f.with_evidence(firm.log_evidence + 2.0) for f in (firm, loose)])
-    assert list(told.gains.values()) == [pytest.approx(2.0)]
-    assert told.alternatives(first) == [firm, loose]

@@ -164,10 +164,6 @@ def _with(
     return {**by_person, one: better}
 
 
-def _stiffness(one: Fit) -> float:
-    return one.hypothesis.stiffness
-
-
 def _may_change(first: Fit, evidence: Evidence) -> bool:
     """Whether solving again may say more than the derivative."""
     [effect] = first.hypothesis.effects
@@ -182,7 +178,7 @@ def _alternatives(first: Fit, evidence: Evidence) -> list[Fit]:
     ranked = sorted(same, key=lambda f: -f.log_evidence)
     found: dict[float, Fit] = {}
     for one in ranked:
-        found.setdefault(_stiffness(one), one)
+        found.setdefault(one.hypothesis.stiffness, one)
     return list(found.values())
 
 
